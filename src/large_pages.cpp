@@ -10,10 +10,10 @@
 
 namespace {
 
-/// The end of the heap when the kernel was asked last.
+/// The end of the heap at the last request.
 std::atomic<void*> asked_up_to{nullptr};
 
-/// Asks for large pages in what the heap has grown by.
+/// Requests large pages for the part by which the heap has grown.
 void ask_for_large_pages() {
   void* const end = sbrk(0);
   void* const begin = asked_up_to.exchange(end);

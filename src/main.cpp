@@ -26,11 +26,11 @@ namespace {
 /// The words of the command line.
 struct CommandLine {
   std::vector<std::string> words;
-  bool has_kept_options = false;  ///< the deck is the options that a run has kept
+  bool has_kept_options = false;  ///< whether the deck is the options.yaml of a run
 };
 
-/// Where the command line names a run to go on with and no deck, its own options are the deck, and its folder is where
-/// it goes on: `pellicle -restart output/hot_ball`.
+/// Adds a run's own options as the deck, and its folder, to a command line that names a run to continue and no deck:
+/// `pellicle -restart output/hot_ball`.
 CommandLine with_kept_options(int argc, char** argv) {
   namespace fs = std::filesystem;
   CommandLine line{{argv, argv + argc}};
@@ -56,7 +56,7 @@ CommandLine with_kept_options(int argc, char** argv) {
   return line;
 }
 
-/// Reads the options and runs what they ask for. @returns the exit code. Collective.
+/// Reads the options and runs accordingly. @returns the exit code. Collective.
 int run_program(int argc, char** argv, bool is_root) {
   std::deque<ObjectOptions> objects;
   OptionTable& table = objects.emplace_back("").table;
@@ -110,17 +110,17 @@ int run_program(int argc, char** argv, bool is_root) {
   return 0;
 }
 
-/// Sets what OpenMPI needs for a run that no launcher has started: no daemon, which takes longer to start than the
-/// program; no folder for files that ranks share, since without the daemon all such runs would use the same folder and
-/// remove it from each other; and no shared position in files, which OpenMPI would keep in that folder.
+/// Sets OpenMPI's options for a run without a launcher: no daemon, which takes longer to start than the program; no
+/// folder for files that ranks share, since without the daemon all such runs would use the same folder and remove it
+/// from each other; and no shared position in files, which OpenMPI would keep in that folder.
 void stand_alone() {
   setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
   setenv("OMPI_MCA_orte_create_session_dirs", "0", 0);
   setenv("OMPI_MCA_sharedfp", "individual", 0);
 }
 
-/// Opens those of standard input, output and error that are closed: otherwise a file of the run would get their number,
-/// and what is printed would go into it.
+/// Opens standard input, output and error if they are closed: otherwise a file of the run would get their number, and
+/// printed text would go into it.
 void open_standard_streams() {
   int file = open("/dev/null", O_RDWR);
   while (file >= 0 && file <= STDERR_FILENO) {

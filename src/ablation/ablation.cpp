@@ -47,10 +47,10 @@ bool Ablation::crack(Living& living, const std::vector<PetscInt>& sides) {
   }
   // A side of this rank's springs may belong to another rank's cell, which that rank marks.
   std::vector<ElementFlags> marks(elements(), ElementFlags{});
-  const auto per_element = static_cast<std::size_t>(surface_.sides_per_element());
+  const std::size_t per_element = surface_.sides_per_element();
   for (const PetscInt blue : sides) {
-    for (const PetscInt of_element : surface_.sides_along(static_cast<std::size_t>(blue))) {
-      const auto side = static_cast<std::size_t>(of_element);
+    for (const PetscInt of_element : surface_.sides_along(blue)) {
+      const std::size_t side = of_element;
       marks[side / per_element][side % per_element] = true;
     }
   }

@@ -11,12 +11,12 @@
 namespace pellicle {
 inline namespace ablation {
 
-/// m' of the local particles as a share of the initial mass, m/m^init - m^loss: the level set whose negative part has
+/// Level set of burning, m'/m^init = m/m^init - m^loss of the local particles; where it is negative the surface has
 /// burnt away (burning paper, section 6).
 /// @param mass [kg], ghosts up to date, (1 x local)
 /// @param loss_mass m^loss as a fraction of the initial mass
 std::vector<double> level_set(const Surface& surface, const Field& mass, double loss_mass);
-/// The same, written into an existing vector.
+/// Writes level_set into an existing vector.
 void set_level(std::vector<double>& level, const Surface& surface, const Field& mass, double loss_mass);
 
 /// The state of a spring, from the levels of its two ends (burning paper, section 6 and Fig. 5). A burnt spring is
@@ -24,29 +24,29 @@ void set_level(std::vector<double>& level, const Surface& surface, const Field& 
 enum class SpringState { shrunk = 0, partly_burnt = 1, burnt = 2 };
 SpringState spring_state(double level_0, double level_1);
 
-/// Removes what has burnt from a surface and cracks it, without renumbering it.
+/// Removes burnt triangles and springs from a surface and cracks it, without renumbering.
 ///
 /// A drawn triangle dies when all three of its points have burnt (m' < 0), the virtual centre of a quad with the
 /// lattice particle's m'. A spring dies when all triangles that share it are dead, a green one also when the side that
-/// it crosses cracks, and by SpringRule::surface also when all triangles at one of its ends are.
+/// it crosses cracks, and by SpringRule::surface also when all triangles at one of its ends are dead.
 class Ablation {
  public:
   /// The surface must outlive this object.
   explicit Ablation(const Surface& surface, SpringRule rule = SpringRule::surface) : surface_(surface), rule_(rule) {}
 
-  /// Triangles and springs that die because of the level set. Collective.
+  /// Removes the triangles and springs that die by the level set. Collective.
   /// @returns whether a triangle died on any rank
   bool burn_away(Living& living, const std::vector<double>& level);
 
   /// Cracks sides of elements. Nothing is removed from the surface. Collective.
-  /// @param sides owned blue springs along them, each between two local elements
-  /// @returns whether there is one on any rank
+  /// @param sides owned blue springs along these sides, each between two local elements
+  /// @returns whether any rank has such a side
   bool crack(Living& living, const std::vector<PetscInt>& sides);
 
   /// Updates springs, and triangles of other ranks' elements, from the triangles of the owned ones. Collective.
   void follow_triangles(Living& living) { spread(living, true); }
 
-  /// Which local particles have a living triangle: others neither conduct heat nor cool. Collective.
+  /// Whether each local particle has a living triangle; others neither conduct heat nor cool. Collective.
   std::vector<bool> particles_with_surface(const Living& living) const;
 
   /// Owned particles whose last spring is dead and that still have a mass. Not collective.
@@ -60,7 +60,7 @@ class Ablation {
     return static_cast<std::size_t>(surface_.triangles_per_element * surface_.elements.owned);
   }
 
-  /// Tells the other ranks which triangles and sides of this rank's elements live, and then which of its springs live.
+  /// Sends the living triangles and sides of owned elements, and then the living owned springs, to other ranks.
   /// @param died whether a triangle of this rank's elements has died
   /// @returns whether a triangle of any rank's elements has died
   bool spread(Living& living, bool died);
@@ -69,8 +69,7 @@ class Ablation {
   SpringRule rule_;
 };
 
-/// Owned cells of which nothing is left: none of their springs lives, except blue ones, which neighbours may share. Not
-/// collective.
+/// Whether each owned cell is empty: no living springs, except blue ones, which neighbours may share. Not collective.
 std::vector<bool> empty_cells(const Sheet& sheet, const Living& living);
 
 }  // namespace ablation

@@ -23,8 +23,8 @@ Eigen::Vector3d normal_of(const Surface& surface, const Field& position, std::si
                              : Eigen::Vector3d((corner(1) - corner(0)).cross(corner(2) - corner(0)));
 }
 
-/// Into how many parts a length, in units of the field's, is divided so that none is longer than a quarter. Not into
-/// more than 32: the least of so many nearly independent numbers is close to -1 anyway.
+/// Number of parts, none longer than a quarter, into which a length in units of the field's is divided; at most 32,
+/// since the least of so many nearly independent numbers is close to -1.
 int parts_of(double length) { return static_cast<int>(std::clamp(std::ceil(4 * length), 1.0, 32.0)); }
 
 /// The least value of the field of noise at places all over a local element.
@@ -79,7 +79,7 @@ Cracks::Cracks(const Surface& surface, const AblationOptions& options, const std
       char_strength_(options.char_strength),
       strength_length_(options.strength_length),
       texture_(texture),
-      element_strength_(static_cast<std::size_t>(surface.elements.local()), options.strength.value()),
+      element_strength_(surface.elements.local(), options.strength.value()),
       overload_(surface.of(Colour::blue).layout, 1),
       largest_overload_(surface.particles, 1) {
   for (std::size_t e = 0; e < element_strength_.size() && options.strength_scatter > 0; ++e) {
@@ -97,17 +97,16 @@ std::vector<PetscInt> Cracks::sides(const CrackInput& input) {
     overload_.data()[s] = overload(input, s);
   }
   if (average_) {
-    spare_what_bears_its_average(input);
+    require_average_overload(input);
   }
   overload_.update_ghosts();
   largest_overload_.values().setZero();
-  // Sides compete with each other at their ends and in their elements: those of a quad at its lattice point; those of a
-  // triangle have ends in common anyway.
+  // Sides compete at their ends and in their elements: those of a quad at its lattice point; those of a triangle share
+  // ends.
   const auto places = [&](PetscInt s) {
-    const auto k = static_cast<std::size_t>(s);
-    std::array<PetscInt, 4> result{edges.ends[k][0], edges.ends[k][1], -1, -1};
+    std::array<PetscInt, 4> result{edges.ends[s][0], edges.ends[s][1], -1, -1};
     for (std::size_t t = 0; t < 2 && surface_.has_quads(); ++t) {
-      const PetscInt side = edges.triangles[k][t];
+      const PetscInt side = edges.triangles[s][t];
       result[2 + t] = side < 0 ? -1 : surface_.lattice[side / 4];
     }
     return result;
@@ -147,8 +146,8 @@ std::string Cracks::remark() const {
          number_text(strength_length_) + " m";
 }
 
-/// Each side counts once: springs of quads are owned by one rank; an edge of a membrane is owned by every rank that has
-/// it, and counts on the rank that owns its end of the lower id.
+/// Whether a side counts on this rank; each counts on one. Springs of quads have one owner; an edge of a membrane is
+/// owned by all ranks that have it, and counts on the owner of its end of the lower id.
 bool Cracks::is_counted_here(std::size_t blue) const {
   const auto [a, b] = surface_.of(Colour::blue).ends[blue];
   const auto id = [this](PetscInt particle) { return surface_.persistent_id[particle]; };
@@ -165,9 +164,7 @@ Cracks::Strength Cracks::strength(const CrackInput& input, std::size_t blue) con
   const auto texture_at = [&](PetscInt particle) { return texture_.empty() ? 1 : texture_[particle]; };
   const double factor = (left_at(a) + left_at(b)) / 2 * (texture_at(a) + texture_at(b)) / 2;
   const auto [first, second] = surface_.sides_along(blue);
-  const auto of_element = [&](PetscInt side) {
-    return element_strength_[surface_.element_of_side(static_cast<std::size_t>(side))];
-  };
+  const auto of_element = [&](PetscInt side) { return element_strength_[surface_.element_of_side(side)]; };
   return {factor * std::min(of_element(first), of_element(second)),
           factor * (of_element(first) + of_element(second)) / 2};
 }
@@ -182,7 +179,7 @@ double Cracks::overload(const CrackInput& input, std::size_t blue) const {
   Eigen::Matrix3d stress = Eigen::Matrix3d::Zero();
   double across = 0;
   for (const PetscInt of_element : surface_.sides_along(blue)) {
-    const auto side = static_cast<std::size_t>(of_element);
+    const std::size_t side = of_element;
     if (of_element < 0 || !input.living.triangles[surface_.triangle_at(side)] || input.living.cracked[side]) {
       return 0;
     }
@@ -200,8 +197,8 @@ double Cracks::overload(const CrackInput& input, std::size_t blue) const {
   return principal > withstands.weakest && across >= least_share * principal ? across / withstands.mean : 0;
 }
 
-/// Leaves those of the owned sides that could crack whose stress also exceeds their strength on average. Collective.
-void Cracks::spare_what_bears_its_average(const CrackInput& input) {
+/// Keeps owned sides that could crack only if their average stress exceeds the strength, too. Collective.
+void Cracks::require_average_overload(const CrackInput& input) {
   const auto owned = overload_.values().leftCols(surface_.of(Colour::blue).owned());
   if (!on_any_rank(surface_.comm(), (owned.array() > 0).any())) {
     return;
@@ -216,7 +213,7 @@ void Cracks::spare_what_bears_its_average(const CrackInput& input) {
     if (overload_.data()[s] > 0) {
       double stress = 0;
       for (const PetscInt side : surface_.sides_along(s)) {
-        stress += average[surface_.element_of_side(static_cast<std::size_t>(side))] / 2;
+        stress += average[surface_.element_of_side(side)] / 2;
       }
       if (stress <= strength(input, s).weakest) {
         overload_.data()[s] = 0;

@@ -13,17 +13,17 @@
 namespace pellicle {
 inline namespace ablation {
 
-/// Share of the strength that is left at a particle of this mass (a fraction of the initial one, as m^min is): linear,
+/// Share of the strength at a particle of a given mass (a fraction of the initial one, like m^min): linear,
 /// `char_strength` at m^min.
 double share_of_strength(double mass_ratio, double min_mass, double char_strength);
 
-/// What decides where a surface cracks.
+/// Data of a step for cracks.
 struct CrackInput {
   const Living& living;
-  const std::vector<Eigen::Matrix3d>& stress;  ///< of each local element, of the unit of the strength
+  const std::vector<Eigen::Matrix3d>& stress;  ///< of each local element, in the unit of the strength
   const Field& position;                       ///< [m], ghosts up to date
-  const Field& mass;                           ///< [kg], ghosts up to date; positive at the corners of what lives
-  const std::vector<bool>& pinned;             ///< local particles that nothing moves
+  const Field& mass;                           ///< [kg], ghosts up to date; positive at corners of living elements
+  const std::vector<bool>& pinned;             ///< local particles that are pinned
   double min_mass = 0;                         ///< m^min as a fraction of the initial mass
 };
 
@@ -45,7 +45,7 @@ struct CrackInput {
 /// Of the sides that can crack and meet at a corner, or belong to one element, only one cracks in a step: that with the
 /// largest stress across it, n . sigma n with the normal n of the side in its elements, over its strength (here with
 /// the mean of both elements' u). A side with less than a quarter of sigma_1 across it does not crack. The next step
-/// shows what load the crack has put on the other sides.
+/// has the load that the crack puts on the other sides.
 class Cracks {
  public:
   /// The surface must have masses and springs (set_burnable), and outlive this object. Collective.
@@ -57,7 +57,7 @@ class Cracks {
   /// elements do not crack, nor those between two pinned particles. Collective. @throws Error as StressAverage does
   std::vector<PetscInt> sides(const CrackInput& input);
 
-  /// Says so if elements are so large that the load at which they crack depends on the mesh; else empty.
+  /// Remark if elements are so large that the load at which they crack depends on the mesh; else empty.
   std::string remark() const;
 
  private:
@@ -67,7 +67,7 @@ class Cracks {
   };
   Strength strength(const CrackInput& input, std::size_t blue) const;
   double overload(const CrackInput& input, std::size_t blue) const;
-  void spare_what_bears_its_average(const CrackInput& input);
+  void require_average_overload(const CrackInput& input);
   bool is_counted_here(std::size_t blue) const;
 
   const Surface& surface_;

@@ -36,7 +36,7 @@ class Cutter {
     return triangle / static_cast<std::size_t>(surface_.triangles_per_element);
   }
 
-  /// Number of the point between two particles, or of one that is uncut if they are the same; -1 where there is none.
+  /// Number of the cut point between two particles, or of the uncut point if they are the same; -1: none.
   PetscInt& number_of(PetscInt from, PetscInt to) {
     return from == to ? number_[from] : cut_number_.try_emplace(cut_id(from, to), -1).first->second;
   }
@@ -118,7 +118,7 @@ void Cutter::draw(std::size_t triangle) {
   }
 }
 
-/// Each point is counted by one of the ranks that draw it: that of the element of the least id. Collective.
+/// Sets which rank counts each point: of those that draw it the one with the element of the least id. Collective.
 void Cutter::find_owners() {
   MPI_Comm comm = surface_.comm();
   int ranks = 1;
@@ -183,7 +183,7 @@ DrawnSurface cut_surface(const Surface& surface, const Living& living, const std
 double largest_drawn(const Surface& surface, const Living& living, const std::vector<double>& level,
                      const double* values) {
   double largest = 0;
-  const auto triangles = static_cast<std::size_t>(surface.triangles_per_element * surface.elements.owned);
+  const std::size_t triangles = surface.triangles_per_element * surface.elements.owned;
   for (std::size_t t = 0; t < triangles; ++t) {
     if (!living.triangles[t]) {
       continue;
@@ -202,8 +202,7 @@ double largest_drawn(const Surface& surface, const Living& living, const std::ve
 }
 
 DrawnSurface whole_surface(const Surface& surface) {
-  return cut_surface(surface, Living(surface),
-                     std::vector<double>(static_cast<std::size_t>(surface.particles.local()), 1.0));
+  return cut_surface(surface, Living(surface), std::vector<double>(surface.particles.local(), 1.0));
 }
 
 }  // namespace ablation

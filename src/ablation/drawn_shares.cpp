@@ -9,7 +9,7 @@ inline namespace ablation {
 
 namespace {
 
-/// A living cell of which a smaller share is drawn counts with this share: what its particles have must be passed on.
+/// Least drawn share of a living cell: smaller ones are raised to it, so that all amounts are passed on.
 constexpr double least_share = 1e-9;
 
 /// Corners and lattice particle of a cell.
@@ -47,7 +47,7 @@ double whole_area(const std::array<PetscInt, 4>& corners, const Field& positions
 
 DrawnShares::DrawnShares(const Sheet& sheet, const Living& living, const DrawnSurface& surface, const Field& positions)
     : sheet_(sheet),
-      area_(static_cast<std::size_t>(sheet.elements.owned), 0.0),
+      area_(sheet.elements.owned, 0.0),
       cell_weight_(sheet.particles, 1),
       weight_(sheet.particles, 1),
       drawn_(sheet.particles, 1),
@@ -73,8 +73,7 @@ DrawnShares::DrawnShares(const Sheet& sheet, const Living& living, const DrawnSu
   weight_.update_ghosts();
   for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
     // A lattice particle has half of its cell's initial mass, a corner an eighth of that of each cell at it.
-    const auto k = static_cast<std::size_t>(i);
-    drawn_.data()[i] = std::min(1.0, weight_.data()[i] / ((sheet.is_lattice[k] ? 2 : 8) * sheet.initial_mass[k]));
+    drawn_.data()[i] = std::min(1.0, weight_.data()[i] / ((sheet.is_lattice[i] ? 2 : 8) * sheet.initial_mass[i]));
   }
   find_held(living);
 
@@ -118,7 +117,7 @@ void DrawnShares::find_held(const Living& living) {
 }
 
 std::vector<double> DrawnShares::density(const Field& amount) const {
-  // What each cell passes on from particles that are not drawn, or in part, per share of the takers.
+  // Amount that each cell passes on from undrawn or partly drawn particles, per share of the receivers.
   Field passed(sheet_.particles, 1);
   const auto pass = [&](PetscInt particle, std::size_t cell) {
     const PetscInt lattice = sheet_.lattice[cell];

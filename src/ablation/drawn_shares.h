@@ -10,12 +10,12 @@
 namespace pellicle {
 inline namespace ablation {
 
-/// Spreads what the particles of a sheet have, such as mass, over what is drawn of its cells, so that nothing is left
-/// out: the sum of density times area over the drawn triangles of all ranks is the sum over the particles.
+/// Distributes an amount of the particles of a sheet, such as mass, over the drawn part of its cells without loss: the
+/// sum of density times area over the drawn triangles of all ranks is the sum over the particles.
 ///
-/// A particle gives to the cells at it in proportion to their initial masses and to how much of each is drawn. In as
-/// far as its cells are not drawn, because it has burnt but springs still hold it, it gives to the particles beside it
-/// instead, in proportion to how much of their cells is drawn, and these to their cells.
+/// A particle's amount goes to the cells at it in proportion to their initial masses and drawn shares. The part for
+/// cells that are not drawn, at a burnt particle that springs still hold, goes to the neighbouring particles in
+/// proportion to the drawn shares of their cells, and from these to their cells.
 class DrawnShares {
  public:
   /// The sheet must outlive this object. Collective.
@@ -23,7 +23,7 @@ class DrawnShares {
   /// @param positions [m], ghosts up to date, (3 x local)
   DrawnShares(const Sheet& sheet, const Living& living, const DrawnSurface& surface, const Field& positions);
 
-  /// Amount per drawn area of each local cell; 0 where nothing is drawn, and of other ranks' cells. Collective.
+  /// Amount per drawn area of each local cell; 0 of undrawn cells and of other ranks' cells. Collective.
   /// @param amount of the local particles, ghosts up to date, (1 x local)
   std::vector<double> density(const Field& amount) const;
 
@@ -37,12 +37,12 @@ class DrawnShares {
   void find_held(const Living& living);
 
   const Sheet& sheet_;
-  std::vector<double> area_;  ///< that is drawn, of the owned cells [m^2]
+  std::vector<double> area_;  ///< drawn area of the owned cells [m^2]
   Field cell_weight_;         ///< initial mass of the drawn part of each cell, at its lattice particle [kg]
-  Field weight_;              ///< of the drawn cells of each particle, added up [kg]
+  Field weight_;              ///< sum of cell_weight_ over the cells of each particle [kg]
   Field drawn_;               ///< share of each particle's cells that is drawn
-  std::vector<Held> held_;    ///< by springs of this rank
-  Field given_;               ///< by each particle to others: the weights of those that take, added up
+  std::vector<Held> held_;    ///< pairs from springs of this rank
+  Field given_;               ///< by each particle to others: the sum of the receivers' weights
 };
 
 }  // namespace ablation

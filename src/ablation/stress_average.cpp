@@ -18,13 +18,13 @@ constexpr double time_step = 1;  // [s]
 /// lambda over l: then a clamped strip with a long slit tears at the stress intensity s_average sqrt(pi l), within 5 %
 /// for l of 1.3 to 5 cells and up to a tenth of the strip's width.
 constexpr double conduction_length = 1.4;
-/// Elements, and the way of their values over the particles and back, average by themselves as a length l of so many of
-/// their sizes would, as the loads show under which notched sheets of quads and of triangles crack.
+/// Elements, with the transfer of their values to particles and back, average by themselves like a length l of so many
+/// element sizes, as the loads show at which notched sheets of quads and of triangles crack.
 constexpr double own_sizes = 0.85;
 
 /// The length l over which the elements round each local particle average by themselves [m]. Collective.
 Field own_lengths(const Surface& surface) {
-  const auto per_element = static_cast<std::size_t>(surface.triangles_per_element);
+  const std::size_t per_element = surface.triangles_per_element;
   const double elements_per_vertex = surface.has_quads() ? 1 : 2;
   Field sums(surface.particles, 2);  // over the drawn triangles round a particle: of sizes, and their number
   for (std::size_t e = 0; e < surface.element_mass.size(); ++e) {
@@ -47,7 +47,7 @@ Field own_lengths(const Surface& surface) {
   return lengths;
 }
 
-/// Conduction whose step averages, but for what the mesh does.
+/// Options of the conduction whose step averages over the remainder of l.
 HeatOptions conducting(double length, const std::string& solver_prefix) {
   HeatOptions options;
   options.solver_prefix = solver_prefix;
@@ -89,7 +89,7 @@ StressAverage::StressAverage(const Surface& surface, double length, const std::s
 }
 
 std::vector<double> StressAverage::of(const std::vector<double>& tension, const Living& living) {
-  const auto per_element = static_cast<std::size_t>(surface_.triangles_per_element);
+  const std::size_t per_element = surface_.triangles_per_element;
   const std::array<double, 3> share = surface_.point_shares();
   tension_.values().setZero();
   square_.values().setZero();

@@ -14,15 +14,14 @@ inline namespace ablation {
 /// Averages tension over a length of the undeformed surface, so that the load at which a singular stress makes the
 /// surface crack, at the corner of a clamp or at the tip of a crack, does not depend on the mesh.
 ///
-/// The average <s> solves <s> - lambda^2 Laplacian <s> = s on what lives of the surface, so that nothing passes through
-/// cracks and holes. Its largest value lies a part of lambda ahead of the tip of a crack. With the tension itself as
-/// weight,
+/// The average <s> solves <s> - lambda^2 Laplacian <s> = s on the living surface, so that nothing passes through cracks
+/// and holes. Its maximum lies a part of lambda ahead of the tip of a crack. With the tension itself as weight,
 ///
 ///     s_average = <s^2> / <s>
 ///
-/// is finite and largest at the tip, and in proportion to the stress intensity K of a crack that is much longer than
-/// lambda. The length l is that for which it is K / sqrt(pi l). The mesh averages as well, over a length in proportion
-/// to the size of its elements: lambda is in proportion to what remains of l, which on large elements is nothing.
+/// is finite and largest at the tip, and proportional to the stress intensity K of a crack much longer than lambda. l
+/// is the length for which it is K / sqrt(pi l). The mesh averages as well, over a length proportional to the size of
+/// its elements: lambda is proportional to the remainder of l, which is 0 on large elements.
 class StressAverage {
  public:
   /// @param surface with masses (set_burnable); it must outlive this object. Collective.
@@ -45,12 +44,12 @@ class StressAverage {
 
   const Surface& surface_;
   double least_length_ = 0;
-  Conduction conduction_;       ///< whose step of 1 s averages
+  Conduction conduction_;       ///< its step of 1 s averages
   Field rest_;                  ///< undeformed positions [m]
   Field mass_;                  ///< undeformed, the weight of a place [kg]
   Field tension_;               ///< s, then <s>
   Field square_;                ///< s^2, then <s^2>
-  std::vector<double> weight_;  ///< of the local particles: what lives round them
+  std::vector<double> weight_;  ///< of the local particles: living mass round them
 };
 
 }  // namespace ablation

@@ -13,7 +13,7 @@ AirDrag::AirDrag(const Surface& surface, const AirOptions& options)
     : surface_(surface),
       options_(options),
       wind_(options.wind),
-      resistance_(static_cast<std::size_t>(surface.particles.owned), Eigen::Matrix3d::Zero()),
+      resistance_(surface.particles.owned, Eigen::Matrix3d::Zero()),
       push_(Eigen::Matrix3Xd::Zero(3, surface.particles.owned)) {}
 
 void AirDrag::begin_step(const AirInput& input) {
@@ -21,7 +21,7 @@ void AirDrag::begin_step(const AirInput& input) {
   resistance_.assign(owned, Eigen::Matrix3d::Zero());
   push_.setZero(3, owned);
   wind_.set_time(input.time_end);
-  const auto per_element = static_cast<std::size_t>(surface_.triangles_per_element);
+  const std::size_t per_element = surface_.triangles_per_element;
   for (std::size_t t = 0; t < surface_.triangles.size(); ++t) {
     if (input.living != nullptr && !(*input.living)[t]) {
       continue;

@@ -10,13 +10,13 @@
 namespace pellicle {
 inline namespace air {
 
-/// What determines the drag in a step.
+/// Data of a step for the drag.
 struct AirInput {
   const Field& position;                      ///< at the start of the step [m], ghosts up to date
   const Field& velocity;                      ///< at the start of the step [m/s], ghosts up to date
-  const std::vector<double>& mass;            ///< of a sheet's local particles; 0: it takes no force [kg]
-  const std::vector<bool>* living = nullptr;  ///< drawn triangles that are there; null: all
-  double time_end = 0;                        ///< at which the wind is taken [s]
+  const std::vector<double>& mass;            ///< of a sheet's local particles; 0: no force acts on it [kg]
+  const std::vector<bool>* living = nullptr;  ///< drawn triangles that live; null: all
+  double time_end = 0;                        ///< time at which the wind is taken [s]
 };
 
 /// The drag of the air on a surface: on each drawn triangle of area A by the cross-flow principle (Hoerner,
@@ -35,7 +35,7 @@ struct AirInput {
 /// however light the surface; and a flat sheet that falls reaches its terminal speed for every length of the step.
 class AirDrag {
  public:
-  /// The surface must outlive it. @throws Error as Wind does
+  /// The surface must outlive this object. @throws Error as Wind does
   AirDrag(const Surface& surface, const AirOptions& options);
 
   /// Sets D and b for the step. Not collective.
@@ -57,8 +57,8 @@ class AirDrag {
   const Surface& surface_;
   AirOptions options_;
   Wind wind_;
-  std::vector<Eigen::Matrix3d> resistance_;  ///< of the owned particles
-  Eigen::Matrix3Xd push_;                    ///< likewise
+  std::vector<Eigen::Matrix3d> resistance_;  ///< D of the owned particles
+  Eigen::Matrix3Xd push_;                    ///< b of the owned particles
 };
 
 }  // namespace air

@@ -5,7 +5,7 @@
 namespace pellicle {
 inline namespace air {
 
-/// How the air moves.
+/// Motion of the air.
 struct WindOptions {
   Rows velocity;          ///< time [s], x, y, z [m/s]; none: still air
   double turbulence = 0;  ///< rms of each component of the fluctuations, as a share of the speed
@@ -15,8 +15,8 @@ struct WindOptions {
 
 /// The air round a sheet or a balloon.
 struct AirOptions {
-  double density = 0;    ///< [kg/m^3]; 0: there is none
-  double drag = 1;       ///< C_n, see AirDrag
+  double density = 0;    ///< [kg/m^3]; 0: no air
+  double drag = 1;       ///< C_n of AirDrag
   double skin_drag = 0;  ///< C_t
   WindOptions wind;
 };

@@ -12,8 +12,8 @@ inline namespace air {
 ///
 ///     sum_i c (x_i - x_v,i).D_i (x_i - x_v,i) / 2 - b_i.(x_i - x^n_i),
 ///
-/// whose gradient is D v - b with the step's velocity v = c (x - x_v). So what is at rest bears the whole drag, and its
-/// other forces are not damped. Layout, drag and start must outlive it.
+/// whose gradient is D v - b with the step's velocity v = c (x - x_v). So a vertex at rest bears the whole drag, and
+/// its other forces are not damped. Layout, drag and start must outlive it.
 /// @param start x^n [m] @param rate gives c [1/s] @param still of an owned vertex gives x_v [m]
 template <class Rate, class Still>
 std::unique_ptr<Potential> make_drag_potential(const Layout& vertices, const AirDrag& drag, const Field& start,

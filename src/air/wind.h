@@ -14,13 +14,13 @@ inline namespace air {
 ///
 ///     u(x, t) = U(t) + I |U(t)| sum_n a_n cos(k_n.(x - X(t)) + phi_n),  X(t) the integral of U from 0 to t.
 ///
-/// The a_n are across the k_n, so that it is divergence-free; the components of the k_n are normal with variance
-/// pi/(2 L^2) and |a_n| grows with |k_n|, so that over many seeds the longitudinal correlation is exp(-pi r^2/(4 L^2)),
-/// with integral length L. Each field is scaled so that its mean square over all places is the one asked for. It
-/// depends on options, place and time alone.
+/// The a_n are across the k_n, so that it is divergence-free; the components of the k_n are normal with variance pi/(2
+/// L^2) and |a_n| grows with |k_n|, so that over many seeds the longitudinal correlation is exp(-pi r^2/(4 L^2)), with
+/// integral length L. Each field is scaled to the given mean square over all places. The wind depends on options, place
+/// and time alone.
 class Wind {
  public:
-  /// @throws Error that names force.wind.velocity when its rows are no key points
+  /// @throws Error that names force.wind.velocity if its rows are no key points
   explicit Wind(const WindOptions& options);
 
   /// Sets the time [s] of `at`.

@@ -48,12 +48,12 @@ const char* const command_line = "command line";
   throw Error(origin.text() + ": " + problem);
 }
 
-/// Whether an option is one of the words that stand alone.
+/// Whether an option is one of the flags without a value.
 bool is_flag(const std::string& name) {
   return name == "help" || name == "h" || name == "options_table" || name == "version";
 }
 
-/// The option of the program, for any object, that a name means; null: none.
+/// The option of the program, for any object, of a name; null: none.
 const Option* declared_option(const OptionTable& table, const std::string& name) {
   const auto find = [&table](const std::string& rest) {
     const Option* known = table.find_name(rest);
@@ -145,7 +145,7 @@ void broadcast(MPI_Comm comm, std::string& text) {
   MPI_Bcast(text.data(), length, MPI_CHAR, 0, comm);
 }
 
-/// For `-bodies_bal_radius` where no deck has created `bal`: names the objects there are.
+/// Message on `-bodies_bal_radius` if no deck has created `bal`: names the existing objects.
 void refuse_unknown_object(const OptionTable& table, const TypedOption& typed, const std::string& name) {
   for (const auto& section : table.object_sections()) {
     if (name.compare(0, section.name.size() + 1, section.name + "_") != 0) {
@@ -165,7 +165,7 @@ void refuse_unknown_object(const OptionTable& table, const TypedOption& typed, c
   }
 }
 
-/// For `-objects_clot_heat_capacity` where no deck has named `clot`: names the objects there are.
+/// Message on `-objects_clot_heat_capacity` if no deck has named `clot`: names the existing objects.
 void refuse_unknown_object_of_run(const ObjectTables& tables, const TypedOption& typed) {
   if (typed.name.compare(0, 8, "objects_") != 0 || typed.name == "objects_dump") {  // which is PETSc's
     return;
@@ -209,7 +209,7 @@ void set_option(const TypedOption& typed, const std::string& object, const std::
   }
 }
 
-/// Applies first what is meant for all objects, then what is meant for one, which counts more.
+/// Applies first the options for all objects, then those for one, which override them.
 void set_options(const std::vector<TypedOption>& options, const ObjectTables& tables, std::vector<PetscOption>& petsc) {
   for (const bool for_one : {false, true}) {
     for (const TypedOption& typed : options) {
@@ -247,7 +247,7 @@ std::vector<TypedOption> with_files(const std::vector<TypedOption>& typed, const
   return all;
 }
 
-/// What PETSc reads before the command line; later sources win. Not collective: for rank 0.
+/// The options that PETSc reads before the command line; later sources win. Not collective: for rank 0.
 std::vector<TypedOption> options_of_surroundings(const OptionTable& table, bool skip_files) {
   std::vector<TypedOption> all;
   const auto append = [&](const std::string& source, const std::vector<Word>& words) {

@@ -6,12 +6,12 @@
 namespace pellicle {
 inline namespace base {
 
-/// One of several names, for any enumeration: the part of a Choice that the option table sees.
+/// One of several names, for any enumeration: the part of a Choice that the option table uses.
 class AnyChoice {
  public:
   const std::vector<std::string>& names() const { return *names_; }
   const std::string& name() const { return (*names_)[index_]; }
-  /// @throws Error when none of the names is this
+  /// @throws Error if the name is not among the names
   void set(const std::string& name);
 
  protected:
@@ -23,8 +23,8 @@ class AnyChoice {
   std::size_t index_;
 };
 
-/// The value of an enumeration that an option has. Next to the enumeration a function lists, once, the names of its
-/// values in their order from 0:
+/// An option's value of an enumeration. Next to the enumeration a function lists, once, the names of its values in
+/// their order from 0:
 ///
 ///     enum class ChainKind { burn, inflate };
 ///     inline const std::vector<std::string>& names_of(ChainKind) {

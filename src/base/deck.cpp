@@ -18,8 +18,8 @@ inline namespace base {
 
 namespace {
 
-/// Refuses a deck that is small as a file but grows without bound when it is read: one whose aliases contain
-/// themselves, or multiply. yaml-cpp follows such aliases to any depth.
+/// Refuses a deck whose aliases contain themselves or multiply: a small file that grows without bound when it is read,
+/// since yaml-cpp follows aliases to any depth.
 class ExpansionCheck : public YAML::EventHandler {
  public:
   explicit ExpansionCheck(const std::string& path) : path_(path) {}
@@ -90,7 +90,7 @@ class ExpansionCheck : public YAML::EventHandler {
 
   const std::string& path_;
   std::vector<Open> open_;
-  std::map<YAML::anchor_t, std::size_t> sizes_;  ///< of what ended and has an anchor
+  std::map<YAML::anchor_t, std::size_t> sizes_;  ///< of completed nodes with an anchor
 };
 
 const char* const objects_key = "objects";
@@ -106,7 +106,7 @@ class DeckReader {
         given_to_(tables.of("")),
         petsc_(petsc) {}
 
-  /// The whole deck. @returns whether it sets an option or names an object
+  /// Reads the whole deck. @returns whether it sets an option or names an object
   bool read(const YAML::Node& root) {
     read_map(root, "");
     read_objects_of_run(root);
@@ -115,7 +115,7 @@ class DeckReader {
 
  private:
   void read_map(const YAML::Node& map, const std::string& parent) {
-    // First the entries that the map takes over from others, so that its own entries count.
+    // First the entries that the map includes from others, so that its own entries override them.
     const std::vector<YAML::Node> others = merged_maps(map, parent);
     for (auto other = others.rbegin(); other != others.rend(); ++other) {
       read_map(*other, parent);
@@ -142,7 +142,7 @@ class DeckReader {
     }
   }
 
-  /// Reads what a deck says of single objects, after what it says of all.
+  /// Reads the options of single objects, after those of all.
   void read_objects_of_run(const YAML::Node& root) {
     for (const YAML::Node& other : merged_maps(root, "")) {
       read_objects_of_run(other);
@@ -162,7 +162,7 @@ class DeckReader {
     }
   }
 
-  /// The entries of a map, first those that it takes over from others.
+  /// The entries of a map, first those included from others.
   template <class Visit>
   void for_each_entry(const YAML::Node& map, const Visit& visit) {
     for (const YAML::Node& other : merged_maps(map, objects_key)) {
@@ -189,7 +189,7 @@ class DeckReader {
 
   static bool is_merge(const YAML::Node& key) { return key.IsScalar() && key.Scalar() == "<<"; }
 
-  /// The maps behind the merge key `<<: *map` or `<<: [*map, *other]`, of which the first counts most.
+  /// The maps behind the merge key `<<: *map` or `<<: [*map, *other]`; earlier ones override later ones.
   std::vector<YAML::Node> merged_maps(const YAML::Node& map, const std::string& parent) {
     std::vector<YAML::Node> maps;
     for (const auto& entry : map) {
@@ -361,8 +361,8 @@ class DeckReader {
   const std::string folder_;  ///< where relative names of files start
   bool is_laid_over_;
   const ObjectTables& tables_;
-  std::string object_;                 ///< that is being read; empty: what is meant for all
-  std::vector<ObjectTable> given_to_;  ///< to which the options are given
+  std::string object_;                 ///< whose options are being read; empty: all objects
+  std::vector<ObjectTable> given_to_;  ///< objects to which the options apply
   std::vector<PetscOption>& petsc_;
   bool sets_something_ = false;
   int line_ = 1;
@@ -452,8 +452,8 @@ std::string original_of(const std::string& path) {
 
 namespace {
 
-/// Adds the names of the objects that a map of a deck has, or takes over. A malformed map is left to DeckReader to
-/// report, unless it is that of the objects.
+/// Adds the names of the objects in a map of a deck, included ones too. DeckReader reports malformed maps, except that
+/// of the objects.
 void add_objects(const std::string& path, const YAML::Node& root, std::vector<std::string>& names) {
   const auto merged = [](const YAML::Node& map) {
     std::vector<YAML::Node> others;

@@ -8,12 +8,12 @@
 namespace pellicle {
 inline namespace base {
 
-/// The numbers 0 to count - 1 in sets that can be united. The lowest number of a set stands for it.
+/// The numbers 0 to count - 1 in sets that can be united. The lowest number of a set represents it.
 class DisjointSets {
  public:
   explicit DisjointSets(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0); }
 
-  /// The number that stands for the set of an item.
+  /// The number that represents the set of an item.
   std::size_t find(std::size_t item) {
     while (parent_[item] != item) {
       item = parent_[item] = parent_[parent_[item]];

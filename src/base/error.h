@@ -18,7 +18,7 @@ class Error : public std::runtime_error {
   explicit Error(const std::string& text);
 };
 
-/// A PETSc call failed. `what()` is one line with PETSc's own words, if keep_petsc_messages has been called.
+/// A failed PETSc call. `what()` is one line with PETSc's own message, if keep_petsc_messages has been called.
 class PetscFailure : public std::runtime_error {
  public:
   PetscFailure(PetscErrorCode code, const char* file, int line);
@@ -28,10 +28,10 @@ class PetscFailure : public std::runtime_error {
   PetscErrorCode code_;
 };
 
-/// One line that tells of a failure: that memory is short, if that is the reason, or else its message.
+/// One line about a failure: that memory is short, if that is the reason, or else its message.
 std::string words_of(const std::exception& failure);
 
-/// From here on PETSc's error messages go into PetscFailure instead of a trace on stderr. Not collective.
+/// Directs PETSc's error messages to PetscFailure instead of a trace on stderr. Not collective.
 void keep_petsc_messages();
 
 /// Turns a PETSc error code into an exception: `check(VecNorm(x, NORM_2, &norm));`
@@ -41,11 +41,11 @@ inline void check(PetscErrorCode code, const char* file = __builtin_FILE(), int 
   }
 }
 
-/// Runs `work`, which is not collective, on every rank; when it throws on any rank, every rank throws the same Error,
-/// in the words of the lowest such rank. Collective: put it round input handling that may fail on some ranks only.
+/// Runs `work`, which is not collective, on every rank; if it throws on any rank, every rank throws the Error of the
+/// lowest such rank. Collective. For input handling that may fail on some ranks only.
 void together(MPI_Comm comm, const std::function<void()>& work);
 
-/// Runs `work` on rank 0 only; when it throws, every rank throws the same Error. Collective.
+/// Runs `work` on rank 0 only; if it throws, every rank throws the same Error. Collective.
 void on_root(MPI_Comm comm, const std::function<void()>& work);
 
 /// The PETSc error code of the exception that is being handled.

@@ -12,7 +12,7 @@ inline namespace base {
 
 namespace {
 
-/// Something that has been given but has no effect.
+/// An option that has been given but has no effect.
 struct Idle {
   const Origin* origin;
   const Condition* needs;
@@ -22,7 +22,7 @@ struct Idle {
   bool is_legal() const { return has_acted || (is_solver_setting && origin->is_laid_over); }
 };
 
-/// What the option lacks to have an effect; null: it has one in an object that it is for.
+/// The condition that an option lacks to have an effect; null: it has an effect in one of its objects.
 const Condition* idle_because(const ObjectTables& tables, const PetscOption& option) {
   const Condition* needs = nullptr;
   for (const ObjectTable& object : tables.of(option.object)) {
@@ -35,7 +35,7 @@ const Condition* idle_because(const ObjectTables& tables, const PetscOption& opt
   return needs;
 }
 
-/// What one object has been given: what has an effect, by origin, and what has none.
+/// The options given to one object: those with an effect, by origin, and those without.
 struct Given {
   std::set<std::tuple<std::string, int, std::string>> acting;
   std::vector<Idle> idle;

@@ -14,7 +14,7 @@ inline PetscLogEvent log_event(const char* name) {
   return event;
 }
 
-/// Records what happens in a scope under the line of an event. Not collective.
+/// Logs a scope under the line of an event. Not collective.
 class LogScope {
  public:
   /// @param flops of the scope: each sum, product, quotient, root or other function counts as one

@@ -58,7 +58,7 @@ std::string wrapped(const std::string& text, const std::string& indent) {
   return line.empty() ? lines : lines + indent + line + "\n";
 }
 
-/// What the option needs to have an effect; empty: nothing.
+/// The conditions for an option to have an effect; empty: none.
 std::string needs_text(const Option& option) {
   std::string text;
   for (const Condition& condition : option.conditions()) {

@@ -7,7 +7,7 @@
 namespace pellicle {
 inline namespace base {
 
-/// The text of `-help`: what the program is, how to call it, and every option by module; lines of up to 100 letters.
+/// The text of `-help`: purpose and call of the program, and every option by module; lines of up to 100 letters.
 std::string help_text(const OptionTable& table);
 
 /// The text of `-options_table`: Markdown, one table a module.

@@ -23,7 +23,7 @@ double number_in(const std::string& path) {
   return std::ifstream(path) >> value ? value : no_limit;
 }
 
-/// MemAvailable of the machine: what is free, and caches that it can give up.
+/// MemAvailable of the machine: free memory and caches that can be dropped.
 double machine_memory() {
   std::ifstream file("/proc/meminfo");
   std::string word;
@@ -36,15 +36,15 @@ double machine_memory() {
   return static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
 }
 
-/// How many bytes a control group may still take: its limit less what it uses. Each number is in a file of the kernel;
-/// without one of them there is no limit.
+/// Bytes that a control group may still take: its limit less its use. Each number is in a file of the kernel; without
+/// one of them there is no limit.
 double left_of(const std::string& limit, const std::string& used) {
   const double all = number_in(limit);
   const double in_use = number_in(used);
   return all < no_limit && in_use < no_limit ? all - in_use : no_limit;
 }
 
-/// What the process's own control group leaves: containers and batch systems set such limits.
+/// Bytes that the process's own control group may still take; containers and batch systems set such limits.
 double control_group_memory() {
   std::ifstream file("/proc/self/cgroup");
   double left = no_limit;
@@ -68,7 +68,7 @@ double control_group_memory() {
   return left;
 }
 
-/// What `ulimit -v` leaves of the address space.
+/// Bytes of the address space that remain under `ulimit -v`.
 double address_space() {
   rlimit limit{};
   if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) {

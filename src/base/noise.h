@@ -6,7 +6,7 @@
 namespace pellicle {
 inline namespace base {
 
-/// A uniform number in [-1, 1) that depends on seed and number alone, so that it is the same on every rank.
+/// A uniform random number in [-1, 1) that depends on seed and number alone, so that it is the same on every rank.
 double noise(int seed, std::uint64_t number);
 
 /// A random field in space that depends on the seed alone: smooth, and at every place a uniform number in [-1, 1]. The

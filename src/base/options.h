@@ -26,12 +26,12 @@ struct WrittenValue {
   std::vector<std::vector<std::string>> rows;
 };
 
-/// Where a user gave an option.
+/// Place at which a user gave an option.
 struct Origin {
   std::string source;  ///< "input/deck.yaml", "command line"
   int line = 0;        ///< 0: the source has no lines
   std::string name;    ///< as it is written there: "heat.diffusivity", "-heat_diffusivity"
-  /// Given in a source that lies over a scene and may be meant for many scenes: a deck after the first, PETSc's files
+  /// Whether the source is laid over a scene and may be meant for many scenes: a deck after the first, PETSc's files
   /// and environment.
   bool is_laid_over = false;
 
@@ -39,13 +39,13 @@ struct Origin {
   std::string text() const { return source + (line > 0 ? ":" + std::to_string(line) : "") + ": " + name; }
 };
 
-/// What an option needs to have any effect.
+/// A condition for an option to have an effect.
 struct Condition {
   std::string words;  ///< "mesh.shape: torus, roof"
   std::function<bool()> holds;
 };
 
-/// The option `key`, stored in `variable`, has one of these values.
+/// The condition that the option `key`, stored in `variable`, has one of some values.
 Condition one_of(const std::string& key, const std::string& variable, std::vector<std::string> values);
 Condition one_of_names(const std::string& key, const AnyChoice& variable, std::vector<std::string> values);
 template <class E>
@@ -57,8 +57,8 @@ Condition one_of(const std::string& key, const Choice<E>& variable, const std::v
   return one_of_names(key, variable, std::move(names));
 }
 
-/// One declared option: everything that the deck reader, the command line, `-help` and the manual know of it.
-/// The default is the value that the variable holds when it is declared.
+/// A declared option, for the deck reader, the command line, `-help` and the manual. The default is the value of the
+/// variable at the declaration.
 class Option {
  public:
   using Variable = std::variant<bool*, int*, double*, std::string*, std::optional<double>*, Eigen::Vector3d*,
@@ -67,36 +67,36 @@ class Option {
   Option(std::string key, Variable variable);
 
   /// SI unit of the stored value, such as "m" or "1/(K s)"; by default "1", a pure number. For Rows: one unit a column,
-  /// separated by commas. @throws std::logic_error when it is not an SI unit.
+  /// separated by commas. @throws std::logic_error if it is not an SI unit.
   Option& unit(std::string text);
-  /// Allowed values of every number, both ends included; of key points, Rows that begin with a time, of what is behind
-  /// the time.
+  /// Allowed values of every number, both ends included; for key points, Rows that begin with a time, of the numbers
+  /// after the time.
   Option& range(double lowest, double highest);
   Option& at_least(double lowest);
   Option& at_most(double highest);
-  /// The bound itself is not allowed.
+  /// Like at_least and at_most, without the bound itself.
   Option& more_than(double bound);
   Option& less_than(double bound);
   /// The names that a string option takes; a Choice brings its own.
   Option& choices(std::vector<std::string> names);
-  /// How many entries a list (for Rows: a row) must have; any number by default.
+  /// Number of entries of a list (for Rows: of a row); any number by default.
   Option& length(int count);
-  /// The value names a file: a relative path in a deck starts at the deck's folder, on the command line at the present
-  /// one; the variable gets an absolute path.
+  /// Marks the value as the name of a file: a relative path in a deck starts at the deck's folder, on the command line
+  /// at the present one; the variable gets an absolute path.
   Option& file();
-  /// A run that goes on from a checkpoint does not read the file again: its content may have changed.
+  /// Marks a file that a run does not read again when it continues from a checkpoint: its content may have changed.
   Option& not_read_again();
-  /// An empty value on the command line is refused. In a deck, such as one that a run has written, it means that
-  /// nothing is given. @param expected what the value is, in words
+  /// Refuses an empty value on the command line; in a deck, such as one written by a run, it means that nothing is
+  /// given. @param expected description of the value
   Option& needs_value(std::string expected);
   Option& help(std::string text);
-  /// The option has no effect unless this holds when all options have been read. If there are several conditions, all
+  /// Adds a condition for an effect of the option, which is checked after all options have been read. All conditions
   /// must hold.
   Option& acts_with(Condition condition);
-  /// The option chooses how a solver works, not what is solved: a deck laid over a scene may set it for a chain that
-  /// the run does not have.
+  /// Marks an option of a solver, not of the problem: a deck laid over a scene may set it for a chain that the run does
+  /// not have.
   Option& solver_setting();
-  /// The option is of the run as a whole: in a deck with `objects` it stands at the top, and in none of them.
+  /// Marks an option of the run as a whole: in a deck with `objects` it stands at the top, and in none of them.
   Option& of_run();
   /// Paper and equation, or the source of the default.
   Option& source(std::string text);
@@ -110,43 +110,43 @@ class Option {
   const std::string& source() const { return source_; }
   /// The value at declaration, in SI without its unit.
   const std::string& default_text() const { return default_text_; }
-  /// "0 to 1", "at least 0", "3 numbers", the choices unless they are many; empty when anything goes.
+  /// "0 to 1", "at least 0", "3 numbers", the choices unless they are many; empty if all values are allowed.
   std::string range_text() const;
   bool is_flag() const { return std::holds_alternative<bool*>(variable_); }
   bool is_solver_setting() const { return is_solver_setting_; }
   bool is_of_run() const { return is_of_run_; }
-  /// Whether the value names a file that a run which goes on from a checkpoint reads again.
+  /// Whether the value names a file that a run reads again when it continues from a checkpoint.
   bool is_read_again() const { return is_file_ && is_read_again_; }
   bool needs_value() const { return !expected_text_.empty(); }
   const std::vector<Condition>& conditions() const { return conditions_; }
-  /// The first of its conditions that does not hold; null: it acts.
+  /// The first condition of the option that does not hold; null: it acts.
   const Condition* idle_because() const;
-  /// Whether its value means that nothing is given: an empty text or list, or none.
+  /// Whether the value means that nothing is given: an empty text or list, or none.
   bool is_blank() const;
 
   /// The variable's value now, in SI, without its unit.
   WrittenValue value() const;
-  /// The same in the form that `assign` reads: angles have their unit.
+  /// The variable's value in the form that `assign` reads: angles have their unit.
   WrittenValue value_with_unit() const;
 
   /// Splits a value of the command line: lists at commas, Rows at semicolons too.
   WrittenValue from_command_line(const std::string& text) const;
 
-  /// Makes the name of a file absolute, see `file`; leaves other values alone.
+  /// Makes the name of a file absolute (`file`); does not change other values.
   void resolve(WrittenValue& written, const std::string& folder) const;
 
-  /// Checks a value and stores it. @throws Error saying what is wrong and what was expected, without naming the key.
+  /// Checks a value and stores it. @throws Error with the fault and the expected value, without the key.
   void assign(const WrittenValue& written);
-  /// Assigns what a user wrote, and keeps where. @throws Error as assign does.
+  /// Assigns a user's value, and keeps its origin. @throws Error as assign does.
   void give(const WrittenValue& written, Origin origin);
 
-  /// Where it was last given; nothing if it was not.
+  /// Origin of the last given value; none if there is none.
   const std::optional<Origin>& origin() const { return origin_; }
-  /// Whether it had an effect when the source that gives it, or a later one, had been read.
+  /// Whether the option had an effect after its source, or a later one, had been read.
   bool has_acted() const { return has_acted_; }
   void note_acting() { has_acted_ = has_acted_ || idle_because() == nullptr; }
 
-  /// In words, the value that is expected: "a length such as 0.3 mm, at least 0".
+  /// Description of the expected value: "a length such as 0.3 mm, at least 0".
   std::string expected() const;
 
  private:
@@ -164,7 +164,7 @@ class Option {
   std::string name_;
   Variable variable_;
   std::string unit_ = "1";
-  std::vector<std::string> units_{"1"};  ///< of each column; one for all when it has one entry
+  std::vector<std::string> units_{"1"};  ///< of each column; a single entry is for all
   std::optional<double> lowest_;
   std::optional<double> highest_;
   std::optional<double> above_;  ///< itself not allowed
@@ -173,7 +173,7 @@ class Option {
   std::optional<std::size_t> length_;
   bool is_file_ = false;
   bool is_read_again_ = true;
-  std::string expected_text_;  ///< see needs_value
+  std::string expected_text_;  ///< given to needs_value
   bool is_solver_setting_ = false;
   bool is_of_run_ = false;
   bool has_acted_ = false;
@@ -184,14 +184,14 @@ class Option {
   std::string default_text_;
 };
 
-/// A prefix of PETSc solver options, "project_", and what may follow it, {"red_", "green_"}.
+/// A prefix of PETSc solver options, "project_", and the variants that may follow it, {"red_", "green_"}.
 struct SolverPrefix {
   std::string prefix;
   std::vector<std::string> variants;
-  std::vector<Condition> conditions;  ///< which the run must meet to have these solvers
+  std::vector<Condition> conditions;  ///< conditions for the run to have these solvers
 };
 
-/// The first condition that does not hold; null when all do.
+/// The first condition that does not hold; null if all hold.
 const Condition* first_unmet(const std::vector<Condition>& conditions);
 
 /// Every option of the program, grouped by the first word of its key (the module).
@@ -213,10 +213,10 @@ class OptionTable {
     std::string key;   ///< "bodies"
     std::string name;  ///< "bodies": of the command line
     std::string help;
-    std::deque<Option> prototype;  ///< what an object has, with keys such as "bodies.NAME.radius"
+    std::deque<Option> prototype;  ///< options of an object, with keys such as "bodies.NAME.radius"
     std::vector<Object> objects;   ///< in the order of their creation
     std::vector<Condition> conditions;
-    bool is_of_run = false;                                                 ///< see Option::of_run
+    bool is_of_run = false;                                                 ///< as Option::of_run
     std::function<void(OptionTable&, const std::string& object)> describe;  ///< "" is the prototype
   };
 
@@ -225,7 +225,7 @@ class OptionTable {
   OptionTable& operator=(const OptionTable&) = delete;
 
   /// Declares an option stored in `variable`, which must outlive the table. Top-level keys have no dot ("dynamics").
-  /// @throws std::logic_error when the key, or its name on the command line, is in use.
+  /// @throws std::logic_error if the key, or its name on the command line, is in use.
   Option& add(const std::string& key, Option::Variable variable);
   template <class T>
   Option& add(const std::string& key, T& variable) {
@@ -249,27 +249,27 @@ class OptionTable {
     add_objects(section, objects, help, [](OptionTable& table, T& object) { describe(table, object); });
   }
 
-  /// Declares options, objects and solver prefixes that have no effect unless a condition holds: all that `declare`
-  /// adds. May be nested.
+  /// Declares the options, objects and solver prefixes that `declare` adds under a condition for their effect. May be
+  /// nested.
   void add_under(const Condition& condition, const std::function<void()>& declare);
-  /// Declares options that are all solver settings, see Option::solver_setting.
+  /// Declares options that are all solver settings (Option::solver_setting).
   void add_solver_settings(const std::function<void()>& declare);
 
-  /// Declares options and named objects that all belong to the run as a whole, see Option::of_run.
+  /// Declares options and named objects that all belong to the run as a whole (Option::of_run).
   void add_of_run(const std::function<void()>& declare);
-  /// Derives options from others where a deck gives some and leaves others out; called when a deck has been read whole.
+  /// Sets a function that derives options from others after each deck has been read, where the deck leaves some out.
   void follow_decks(std::function<void()> follow) { follow_decks_ = std::move(follow); }
 
-  /// Two things that an object cannot have together.
+  /// Two options that an object cannot have together.
   struct Exclusion {
     std::string option;           ///< such as "time.arc_length"
     std::string other;            ///< such as "force.air_density"
-    std::string expected;         ///< of the first one: "none"
+    std::string expected;         ///< expected value of `option`: "none"
     std::function<bool()> holds;  ///< whether the object has both
   };
   void exclude(Exclusion exclusion) { exclusions_.push_back(std::move(exclusion)); }
   const std::vector<Exclusion>& exclusions() const { return exclusions_; }
-  /// To be called when everything has been read. @throws Error where the object has two things of an exclusion
+  /// Checks the exclusions after everything has been read. @throws Error if the object has both options of one
   void check_exclusions() const;
 
   /// Names solver prefixes such as "project_" or "heat_": below one of them a PETSc solver option (`ksp_...`,
@@ -284,35 +284,35 @@ class OptionTable {
   const std::deque<ObjectSection>& object_sections() const { return sections_; }
   const std::vector<SolverPrefix>& solver_prefixes() const { return solver_prefixes_; }
 
-  /// The option of a key or of a name on the command line (without the dash); null when there is none.
+  /// The option of a key or of a name on the command line (without the dash); null: none.
   Option* find_key(const std::string& key);
   Option* find_name(const std::string& name);
   const Option* find_name(const std::string& name) const;
-  /// The objects of this key; null when there are none.
+  /// The section of named objects of a key; null: none.
   const ObjectSection* find_section(const std::string& key) const;
-  /// The option that `name` would set if the object in it existed: "bodies_ball_radius" gives the prototype's radius;
-  /// null otherwise.
+  /// The prototype's option for a name with an object that need not exist: "bodies_ball_radius" gives the radius; null:
+  /// none.
   const Option* find_prototype(const std::string& name) const;
   /// Whether decks may write a map at this key ("heat", "bodies.ball", "project.red").
   bool is_group(const std::string& key) const;
   /// All keys that a deck may hold: options, objects and groups.
   std::vector<std::string> keys() const;
 
-  /// Adds an object to a section, or notes that it is named again. @throws Error when the name is not a word or its
-  /// options would have the name of others on the command line.
+  /// Adds an object to a section, or renews its origin. @throws Error if the name is not a word or its options would
+  /// have the name of others on the command line.
   void create_object(const std::string& section, const std::string& object, const Origin& origin = {});
 
-  /// To be called when a deck has been read whole, see follow_decks: notes what it gives and what has an effect then.
-  /// That counts as intended, even if a later deck or the command line takes away what it needs.
+  /// To be called after a deck has been read: runs follow_decks, and notes which options have an effect. These count as
+  /// intended, even if a later deck or the command line violates their conditions.
   void note_acting();
 
-  /// The solver prefix below which the name (without the dash) is a PETSc option; null: it is not one.
+  /// The solver prefix of a PETSc option's name (without the dash); null: none.
   const SolverPrefix* solver_of(const std::string& name) const;
   bool is_solver_option(const std::string& name) const { return solver_of(name) != nullptr; }
   /// The names under which the variants of a solver prefix read a PETSc option that was given for the prefix alone.
   std::vector<std::string> variant_names(const std::string& name) const;
-  /// The option of ours that the user may have meant with a name (without the dash) that is not one: when the name
-  /// begins like one of our modules, or is within two letters of one of ours. Nothing when it may be PETSc's.
+  /// The program's option that the user may have meant by an unknown name (without the dash): if the name begins like
+  /// one of its modules, or differs by at most two letters from one of its options. None if it may be PETSc's.
   std::optional<std::string> meant_name(const std::string& name) const;
 
  private:
@@ -323,8 +323,8 @@ class OptionTable {
   std::deque<ObjectSection> sections_;
   std::vector<SolverPrefix> solver_prefixes_;
   std::string base_;                        ///< "bodies.ball." while an object is described
-  std::deque<Option>* target_ = &options_;  ///< where `add` puts options
-  std::vector<Condition> conditions_;       ///< of what is being added
+  std::deque<Option>* target_ = &options_;  ///< to which `add` adds options
+  std::vector<Condition> conditions_;       ///< of the options being added
   bool adds_solver_settings_ = false;
   bool adds_of_run_ = false;
   std::function<void()> follow_decks_ = [] {};

@@ -16,8 +16,8 @@ inline namespace base {
 
 namespace {
 
-/// The names in PETSc's database under which each option is set. A value for one object counts more than one for all,
-/// and a value for one variant of a solver more than one for all variants.
+/// The names in PETSc's database under which each option is set. A value for one object overrides one for all, and a
+/// value for one variant of a solver one for all variants.
 std::vector<std::vector<std::string>> names_in_database(const std::vector<PetscOption>& options,
                                                         const ObjectTables& tables) {
   struct Given {
@@ -86,7 +86,7 @@ std::vector<std::string> petsc_arguments(const std::vector<PetscOption>& options
 }
 
 std::vector<std::string> unused_petsc_options(const std::vector<PetscOption>& options, const ObjectTables& tables) {
-  // What PETSc reads only in PetscFinalize.
+  // Options that PETSc reads only in PetscFinalize.
   static const std::set<std::string> read_at_the_end{
       "citations",   "get_total_flops", "log",          "log_all",           "log_mpe",
       "log_view",    "log_view_memory", "malloc_debug", "malloc_dump",       "malloc_test",

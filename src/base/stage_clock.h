@@ -8,7 +8,7 @@
 namespace pellicle {
 inline namespace base {
 
-/// What one stage of a step has cost so far.
+/// Cost of one stage of a step so far.
 struct StageTime {
   std::string name;
   int calls = 0;
@@ -20,7 +20,7 @@ struct StageTime {
 /// a table of events a stage. Stages do not nest.
 class StageClock {
  public:
-  /// The stages in the order of the tables to come, the same on all ranks. PETSc must be initialised.
+  /// @param names of the stages in the order of the tables, the same on all ranks. PETSc must be initialised.
   explicit StageClock(const std::vector<std::string>& names);
 
   /// Times a stage from here to the end of its scope.
@@ -41,7 +41,7 @@ class StageClock {
   /// `const auto timer = clock.time("heat");` @throws std::logic_error if the stage was not declared.
   [[nodiscard]] Timer time(const std::string& name);
 
-  /// Sets every stage's lap_seconds to 0: call it at the beginning of a step.
+  /// Sets every stage's lap_seconds to 0, at the beginning of a step.
   void start_lap();
 
   /// This rank's times, in the order of the constructor.

@@ -5,12 +5,12 @@
 namespace pellicle {
 inline namespace base {
 
-/// The outcome of a stage's work. Divergence is a result, not an error: the step control decides what follows.
+/// Result of a stage. Divergence is a result, not an error: the step control decides on it.
 struct StageResult {
   bool converged = true;
   int iterations = 0;  ///< linear iterations, all solves of the stage added
   double error = 0;    ///< the stage's own measure, such as ||C||
-  std::string reason;  ///< in words, when it did not converge
+  std::string reason;  ///< message if it did not converge
 };
 
 }  // namespace base

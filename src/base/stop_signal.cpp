@@ -20,7 +20,7 @@ constexpr std::array<std::pair<int, const char*>, 6> names{{{SIGTERM, "SIGTERM"}
                                                             {SIGUSR2, "SIGUSR2"},
                                                             {SIGXCPU, "SIGXCPU"}}};
 
-// What the handler reads.
+// Variables that the handler reads.
 volatile std::sig_atomic_t is_deferred = 0;
 volatile std::sig_atomic_t waiting = 0;
 volatile std::sig_atomic_t is_continued = 0;  ///< by SIGCONT
@@ -29,9 +29,9 @@ volatile std::sig_atomic_t is_first_rank = 1;
 // The state of until_stopped, the same on all ranks that do its work.
 MPI_Comm comm_of_work = MPI_COMM_NULL;  ///< null: no work is in progress
 bool may_leave_at_sigcont = false;
-int agreed = 0;  ///< the signal at which its work is left
+int agreed = 0;  ///< the signal at which the work is left
 
-/// Between two questions of a StopPoint [s], and the most passes between them.
+/// Time between two exchanges at a StopPoint [s], and the most passes between them.
 constexpr double time_between = 0.1;
 constexpr int most_passes = 64;
 
@@ -41,7 +41,7 @@ void print(const char* text) {
     ++length;
   }
   if (write(STDERR_FILENO, text, length) < 0) {
-    // There is nobody to read it.
+    // There is no reader.
   }
 }
 
@@ -69,7 +69,7 @@ void print(const char* text) {
   _exit(128 + signal);
 }
 
-/// As it was when the process started: libraries change it later.
+/// The state at the start of the process, which libraries change later.
 bool hangup_is_ignored() {
   static const bool is_ignored = [] {
     struct sigaction before {};

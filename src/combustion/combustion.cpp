@@ -9,18 +9,17 @@ double burn(Field& mass, Field& mass_change, const Surface& surface, const BurnI
             const CombustionOptions& options) {
   double lost = 0;
   for (PetscInt i = 0; i < surface.particles.local(); ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    double rate = options.mass_loss_rate * (surface.is_lattice[k] ? options.lattice_factor : options.corner_factor);
+    double rate = options.mass_loss_rate * (surface.is_lattice[i] ? options.lattice_factor : options.corner_factor);
     if (!input.mass_loss_factor.empty()) {
-      rate *= input.mass_loss_factor[k];
+      rate *= input.mass_loss_factor[i];
     }
     const double excess = std::max(input.temperature.data()[i] - options.ignition_temperature, 0.0);
     const double before = mass.data()[i];
-    const double least = std::min(before, options.min_mass * surface.initial_mass[k]);
-    if (input.can_burn != nullptr && !(*input.can_burn)[k]) {
+    const double least = std::min(before, options.min_mass * surface.initial_mass[i]);
+    if (input.can_burn != nullptr && !(*input.can_burn)[i]) {
       rate = 0;
     }
-    const double after = std::max(before - rate * input.time_step * surface.initial_mass[k] * excess, least);
+    const double after = std::max(before - rate * input.time_step * surface.initial_mass[i] * excess, least);
     mass.data()[i] = after;
     mass_change.data()[i] = after - before;
     if (i < surface.particles.owned) {

@@ -14,12 +14,12 @@ inline namespace combustion {
 /// Target lengths of the local springs of each colour [m].
 using TargetLengths = std::array<std::vector<double>, 4>;
 
-/// What the loss of mass in a step depends on.
+/// Data of a step for the loss of mass.
 struct BurnInput {
   const Field& temperature;                     ///< [K], ghosts up to date, (1 x local)
   const std::vector<double>& mass_loss_factor;  ///< on mu of each local particle, or empty for 1
   double time_step = 0;                         ///< h [s]
-  const std::vector<bool>* can_burn = nullptr;  ///< local particles that can; null: all
+  const std::vector<bool>* can_burn = nullptr;  ///< local particles that can burn; null: all
 };
 
 /// One step of mass loss: dm = -mu h m^init max(T - T^ignition, 0) (burning paper, eq. 4), clamped so that the mass
@@ -30,17 +30,16 @@ struct BurnInput {
 double burn(Field& mass, Field& mass_change, const Surface& surface, const BurnInput& input,
             const CombustionOptions& options);
 
-/// Share of what can burn that has, (m^init - m) / (m^init - m^min), in [0, 1].
+/// Burnt share of the combustible mass, (m^init - m) / (m^init - m^min), in [0, 1].
 /// @param mass_ratio m/m^init
 double burnt_share(double mass_ratio, const CombustionOptions& options);
 
-/// v = (m/rho) / (m^init/rho^init), in [0, 1] (burning paper, eq. 5). The density goes from the initial to the burnt
+/// v = (m/rho) / (m^init/rho^init), in [0, 1] (burning paper, eq. 5). The density changes from the initial to the burnt
 /// one linearly with the burnt share.
 /// @param mass_ratio m/m^init
 double volume_ratio(double mass_ratio, const CombustionOptions& options);
 
-/// v of all local particles, > 0; a particle that has been removed, of mass 0, counts as one of the least mass. Not
-/// collective.
+/// v of all local particles, > 0; removed particles, of mass 0, are treated as of the least mass. Not collective.
 /// @param mass [kg], ghosts up to date, (1 x local)
 void set_volume_ratios(std::vector<double>& ratio, const Sheet& sheet, const Field& mass,
                        const CombustionOptions& options);
@@ -49,10 +48,10 @@ void set_volume_ratios(std::vector<double>& ratio, const Sheet& sheet, const Fie
 /// @param ratio v of all local particles
 void set_target_lengths(TargetLengths& lengths, const Sheet& sheet, const std::vector<double>& ratio);
 
-/// The same for a sheet as a material, whose layers are one surface: where the layers shrink by different amounts, a
-/// spring is without force at the mean of both. The length of a blue spring follows half from its own ends and half
-/// from those of the green one that crosses it, and the other way round. Not collective.
-/// @param living what has not burnt, ghosts up to date @param ratio v of all local particles
+/// Target lengths for a sheet as a material, whose layers are one surface: where the layers shrink differently, a
+/// spring has the mean of both as its length. So a blue spring's length follows half from its own ends and half from
+/// those of the green one that crosses it, and conversely. Not collective.
+/// @param living springs that have not burnt, ghosts up to date @param ratio v of all local particles
 void set_surface_lengths(TargetLengths& lengths, const Sheet& sheet, const Living& living,
                          const std::vector<double>& ratio);
 

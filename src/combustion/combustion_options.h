@@ -9,7 +9,7 @@ class OptionTable;
 }  // namespace base
 inline namespace combustion {
 
-/// Loss of mass of what burns and the shrinkage that follows (burning paper, section 6).
+/// Loss of mass by burning and the resulting shrinkage (burning paper, section 6).
 struct CombustionOptions {
   double ignition_temperature = 500;              ///< T^ignition [K]
   double mass_loss_rate = 0.02;                   ///< mu [1/(K s)]
@@ -20,7 +20,7 @@ struct CombustionOptions {
   double min_mass = 0.3;                          ///< m^min, as a fraction of the initial mass
   double initial_density = 800;                   ///< rho of the unburnt material [kg/m^3]
   double burnt_density = 320;                     ///< rho at m^min [kg/m^3]
-  double char_stiffness = 1;                      ///< share of a balloon's stiffness that is left at m^min
+  double char_stiffness = 1;                      ///< share of a balloon's stiffness at m^min
 };
 
 /// Declares the options `combustion.*`.

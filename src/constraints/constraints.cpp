@@ -16,13 +16,13 @@ inline namespace constraints {
 
 namespace {
 
-/// What lies this near to a plane, as a share of the mesh's size, lies in it; normals that differ by less are the same.
+/// Distance, as a share of the mesh's size, up to which a vertex is in a plane; normals that differ by less are equal.
 constexpr double nearness = 1e-6;
 
 struct Plane {
   Eigen::Vector3d point;      ///< [m]
   Eigen::Vector3d normal;     ///< unit vector
-  std::vector<bool> members;  ///< local vertices that it can hold
+  std::vector<bool> members;  ///< local vertices of the plane's group
 
   double distance(const Eigen::Vector3d& x) const { return std::abs(normal.dot(x - point)); }
 };
@@ -38,7 +38,7 @@ double nearest_distance(const Surface& points, const Plane& plane) {
   return min_over_ranks(points.comm(), nearest);
 }
 
-/// The part of a unit vector at right angles to orthonormal axes, normalised; nothing if the vector lies in their span.
+/// The part of a unit vector normal to orthonormal axes, normalised; none if the vector lies in their span.
 std::optional<Eigen::Vector3d> direction_beside(const std::vector<Eigen::Vector3d>& axes, Eigen::Vector3d normal) {
   for (const Eigen::Vector3d& axis : axes) {
     normal -= axis.dot(normal) * axis;
@@ -70,7 +70,7 @@ void describe(OptionTable& table, SymmetryOptions& options) {
 }
 
 Constraints::Constraints(const Surface& points, const std::map<std::string, SymmetryOptions>& planes, const Pins& pins)
-    : projectors_(static_cast<std::size_t>(points.particles.local())) {
+    : projectors_(points.particles.local()) {
   const Eigen::AlignedBox3d box = bounding_box(points, std::vector<bool>(projectors_.size(), true));
   const double tolerance = nearness * box.diagonal().norm();
   origin_ = box.center();

@@ -14,25 +14,24 @@
 namespace pellicle {
 inline namespace constraints {
 
-/// A symmetry plane as a deck gives it: one of the named objects `symmetry`. Vertices that lie in it stay in it.
+/// A symmetry plane in a deck, one of the named objects `symmetry`. Vertices in the plane stay in it.
 struct SymmetryOptions {
   Eigen::Vector3d point = Eigen::Vector3d::Zero();    ///< [m]
   Eigen::Vector3d normal = Eigen::Vector3d::UnitX();  ///< any length
-  std::string group;                                  ///< of the mesh: only its vertices stay, if not empty
+  std::string group;                                  ///< group of the mesh, whose vertices alone stay; empty: all
 };
 
 void describe(OptionTable& table, SymmetryOptions& options);
 
-/// Where vertices may move: freely, in planes or along lines of symmetry, or not at all (pins). A vertex is bound to
-/// every plane to which its undeformed place is nearer than a millionth of the mesh's size, if it is in the plane's
-/// group.
+/// Freedom of the vertices: free, in planes or along lines of symmetry, or pinned. A vertex is bound to every plane, if
+/// it is in the plane's group, that is nearer to its undeformed place than a millionth of the mesh's size.
 class Constraints {
  public:
   /// Collective. @throws Error that names the plane and the key: no vertex (of its group) in it, planes without a
   /// common point
   Constraints(const Surface& points, const std::map<std::string, SymmetryOptions>& planes, const Pins& pins);
 
-  /// Of the local particles.
+  /// Projectors of the local particles.
   const Projectors& projectors() const { return projectors_; }
   /// A point of all symmetry planes, the nearest to the middle of the undeformed mesh [m].
   const Eigen::Vector3d& origin() const { return origin_; }

@@ -36,7 +36,7 @@ void describe(OptionTable& table, PinOptions& options) {
 }
 
 Pins::Pins(const Surface& points, const std::map<std::string, PinOptions>& options)
-    : points_(&points), pinned_(static_cast<std::size_t>(points.particles.local()), false) {
+    : points_(&points), pinned_(points.particles.local(), false) {
   for (const auto& [name, given] : options) {
     const std::string key = "pins." + name;
     add(name, given);
@@ -44,13 +44,12 @@ Pins::Pins(const Surface& points, const std::map<std::string, PinOptions>& optio
     std::vector<PetscInt>& particles = pins_.back().particles;
     together(points.comm(), [&] {
       for (PetscInt i = 0; i < points.particles.local(); ++i) {
-        const auto k = static_cast<std::size_t>(i);
-        if (chosen[k] && pinned_[k]) {
-          refuse_second_pin(key, pins_[numbers()[k]].name, points.persistent_id[k]);
+        if (chosen[i] && pinned_[i]) {
+          refuse_second_pin(key, pins_[numbers()[i]].name, points.persistent_id[i]);
         }
-        if (chosen[k]) {
+        if (chosen[i]) {
           particles.push_back(i);
-          pinned_[k] = true;
+          pinned_[i] = true;
         }
       }
     });
@@ -70,7 +69,7 @@ void Pins::add(const std::string& name, const PinOptions& options) {
   if (const std::string fault = fault_of_motion(options.path, options.velocity); !fault.empty()) {
     throw Error("pins." + name + fault);
   }
-  pins_.push_back({name, options.velocity, options.path, options.clamped, {}});
+  pins_.push_back({name, options.velocity, options.path, options.motion, options.clamped, {}});
 }
 
 void Pins::hold(const std::vector<PetscInt>& numbers) {
@@ -79,7 +78,7 @@ void Pins::hold(const std::vector<PetscInt>& numbers) {
   }
   for (std::size_t i = 0; i < numbers.size(); ++i) {
     if (numbers[i] >= 0) {
-      pins_.at(static_cast<std::size_t>(numbers[i])).particles.push_back(static_cast<PetscInt>(i));
+      pins_.at(numbers[i]).particles.push_back(static_cast<PetscInt>(i));
       pinned_[i] = true;
     }
   }
@@ -107,7 +106,7 @@ std::vector<bool> Pins::clamped() const {
 
 void Pins::impose(Field& positions, double time) const {
   for (const Pin& pin : pins_) {
-    const Eigen::Vector3d displacement = place_of_motion(pin.path, pin.velocity, time);
+    const Eigen::Vector3d displacement = pin.motion ? pin.motion(time) : place_of_motion(pin.path, pin.velocity, time);
     for (const PetscInt i : pin.particles) {
       positions.vector(i) = points_->rest.col(i) + displacement;
     }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -13,37 +14,43 @@
 namespace pellicle {
 inline namespace constraints {
 
-/// Particles that are held, as a deck gives them: one of the named objects `pins`.
+/// Held particles in a deck, one of the named objects `pins`.
 struct PinOptions : SelectionOptions {
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< [m/s]
   Rows path;                                           ///< time [s], displacement [m]
-  bool clamped = false;                                ///< the sheet's direction at its edge, too
+  bool clamped = false;                                ///< whether the sheet's direction at its edge is held, too
+  /// Of a program: displacement [m] at a time [s], in place of path and velocity; empty: these count. Attachments
+  /// ignore it.
+  std::function<Eigen::Vector3d(double time)> motion;
+
+  /// Whether pinned particles are led away from their undeformed places.
+  bool moves() const { return motion || !path.empty() || velocity != Eigen::Vector3d::Zero(); }
 };
 
 void describe(OptionTable& table, PinOptions& options);
 
-/// Which particles are held, and where they are at each time: their undeformed place, displaced without rotation.
+/// Held particles with their places at each time: the undeformed ones, displaced without rotation.
 class Pins {
  public:
   /// Collective. The points must outlive the pins.
   /// @throws Error that names the pin and the key: a selector that selects nothing, a particle in two pins, a bad path
   Pins(const Surface& points, const std::map<std::string, PinOptions>& options);
 
-  /// Pins that have been chosen before. The points must outlive the pins. Not collective.
-  /// @param numbers pin of each local particle, see numbers
+  /// Restores pins from their numbers. The points must outlive the pins. Not collective.
+  /// @param numbers pin of each local particle, as returned by `numbers`
   /// @throws Error on a bad path
   Pins(const Surface& points, const std::map<std::string, PinOptions>& options, const std::vector<PetscInt>& numbers);
 
-  /// Number of the pin that holds each local particle, -1 where none does.
+  /// Number of the pin of each local particle; -1: none.
   std::vector<PetscInt> numbers() const;
 
-  /// Of each local particle, ghosts included.
+  /// Whether each local particle, ghosts included, is pinned.
   const std::vector<bool>& pinned() const { return pinned_; }
 
   /// For each local particle, ghosts included, whether its tangent plane is held as well.
   std::vector<bool> clamped() const;
 
-  /// Puts the pinned local particles, ghosts included, where they are at `time` [s]. Not collective.
+  /// Sets the positions of pinned local particles, ghosts included, at `time` [s]. Not collective.
   /// @param positions [m]
   void impose(Field& positions, double time) const;
 
@@ -55,6 +62,7 @@ class Pins {
     std::string name;
     Eigen::Vector3d velocity;
     Rows path;
+    std::function<Eigen::Vector3d(double)> motion;
     bool is_clamp;
     std::vector<PetscInt> particles;  ///< local numbers, ghosts included
   };

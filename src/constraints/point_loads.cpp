@@ -91,19 +91,18 @@ void PointLoads::set_time(double time) {
 }
 
 PointPotential PointLoads::at(PetscInt particle, const Eigen::Vector3d& x) const {
-  const auto i = static_cast<std::size_t>(particle);
   const Eigen::Vector3d displacement = x - points_->rest.col(particle);
   PointPotential sum;
   for (const Attachment& attachment : attachments_) {
-    const double stiffness = attachment.stiffness[i];
+    const double stiffness = attachment.stiffness[particle];
     const Eigen::Vector3d stretch = displacement - attachment.displacement;
     sum.value += stiffness / 2 * stretch.squaredNorm();
     sum.gradient += stiffness * stretch;
     sum.hessian.diagonal().array() += stiffness;
   }
   for (const Push& push : pushes_) {
-    sum.value -= push.share[i] * push.force.dot(displacement);
-    sum.gradient -= push.share[i] * push.force;
+    sum.value -= push.share[particle] * push.force.dot(displacement);
+    sum.gradient -= push.share[particle] * push.force;
   }
   return sum;
 }

@@ -16,7 +16,7 @@ inline namespace constraints {
 
 /// Vertices tied to moving places by springs of zero length: one of the named objects `attachments`, a soft pin.
 struct AttachmentOptions : PinOptions {
-  double total_stiffness = 1e3;  ///< of all its springs together; each has its vertex's share of the area [N/m]
+  double total_stiffness = 1e3;  ///< of all springs; each has its vertex's share of the area [N/m]
 };
 
 void describe(OptionTable& table, AttachmentOptions& options);
@@ -36,7 +36,7 @@ class PointLoads {
  public:
   /// Collective. The points must outlive the loads.
   /// @param areas undeformed area round each local particle [m^2]
-  /// @param chosen see `chosen`: those of loads made before with the same options; null: they are found here
+  /// @param chosen result of `chosen` of earlier loads with the same options; null: selects the particles
   /// @throws Error that names the object and the key, the same on all ranks
   PointLoads(const Surface& points, std::vector<double> areas,
              const std::map<std::string, AttachmentOptions>& attachments,
@@ -48,7 +48,7 @@ class PointLoads {
   /// Sets the time [s]. To be called before `at`. Not collective.
   void set_time(double time);
 
-  /// Of a local particle at position x [m]. Not collective.
+  /// Potential of a local particle at position x [m]. Not collective.
   PointPotential at(PetscInt particle, const Eigen::Vector3d& x) const;
 
   bool empty() const { return attachments_.empty() && pushes_.empty(); }
@@ -57,7 +57,7 @@ class PointLoads {
   struct Attachment {
     Eigen::Vector3d velocity;  ///< [m/s]
     Rows path;
-    std::vector<double> stiffness;  ///< of each local particle, 0 where it is not tied [N/m]
+    std::vector<double> stiffness;  ///< of each local particle; 0: not tied [N/m]
     Eigen::Vector3d displacement;   ///< at the end of the step [m]
   };
   struct Push {
@@ -66,7 +66,7 @@ class PointLoads {
     Eigen::Vector3d force;      ///< in total, at the end of the step [N]
   };
 
-  /// Share of each local particle in the area of those on which a load acts, 0 for the others; collective.
+  /// Share of each local particle in the area on which a load acts; 0: it does not act there. Collective.
   std::vector<double> shares(std::size_t load) const;
 
   const Surface* points_;

@@ -15,7 +15,7 @@ inline namespace constraints {
 
 namespace {
 
-/// The condition that a name such as "min_x_max_y" stands for: for each axis the lowest end, the highest, or neither.
+/// The condition of a name such as "min_x_max_y": for each axis the lowest end, the highest, or neither.
 struct Ends {
   std::array<int, 3> wanted{0, 0, 0};  ///< -1 lowest, 1 highest, 0 any
 };
@@ -42,13 +42,13 @@ Ends parse_ends(const std::string& name, const std::string& key) {
   return ends;
 }
 
-/// Marks owned particles for one object of a deck; each selector must find something on some rank.
+/// Marks owned particles for one object of a deck; each selector must select a particle on some rank.
 class Selection {
  public:
   Selection(const Surface& points, std::string key)
-      : points_(points), key_(std::move(key)), chosen_(static_cast<std::size_t>(points.particles.owned), false) {}
+      : points_(points), key_(std::move(key)), chosen_(points.particles.owned, false) {}
 
-  /// The marks of all local particles: ghosts get them from their owners. Collective.
+  /// The marks of all local particles; ghosts have those of their owners. Collective.
   std::vector<bool> chosen() const {
     std::vector<bool> all = chosen_;
     all.resize(points_.particles.local());
@@ -76,7 +76,7 @@ class Selection {
   std::vector<bool> chosen_;  ///< of each owned particle
 };
 
-/// Of the owned particles, the corners that belong to one cell only.
+/// The owned corners with one cell only.
 std::vector<bool> geometric_corners(const Surface& points) {
   std::vector<bool> corners(points.particles.owned);
   for (std::size_t i = 0; i < corners.size(); ++i) {

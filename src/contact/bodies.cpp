@@ -241,9 +241,9 @@ bool any_rebounds(const std::vector<Body>& bodies) {
 
 namespace {
 
-/// How many things are in a body.
+/// Counts the particles or triangles in a body.
 struct Inside {
-  /// @param most of the depth that counts [m]: half of that of the body counts in any case
+  /// @param least depth at which one counts, at most half the depth of the body [m]
   Inside(const Body& body, double most) : least(std::min(most, depth_of(body.shape) / 2)) {}
 
   double least;  ///< depth that counts [m]
@@ -258,8 +258,8 @@ struct Inside {
   }
 };
 
-/// One line on what lies in a body; empty: nothing does. Collective.
-/// @param inside what this rank has found @param all how many there are on all ranks @param what "vertices"
+/// Message about the particles or triangles in a body; empty if there are none. Collective.
+/// @param inside count on this rank @param all number examined on all ranks @param what their name, such as "vertices"
 std::string words_of(MPI_Comm comm, const Body& body, Inside inside, PetscInt all, const std::string& what) {
   inside.count = sum_over_ranks(comm, inside.count);
   inside.deepest = max_over_ranks(comm, inside.deepest);
@@ -293,7 +293,7 @@ std::string particles_inside(const std::vector<Body>& bodies, double time, const
 
 std::string triangles_inside(const std::vector<Body>& bodies, double time, const Surface& surface,
                              const Field& positions, const std::vector<bool>& held, double least) {
-  const auto per_element = static_cast<std::size_t>(surface.triangles_per_element);
+  const std::size_t per_element = surface.triangles_per_element;
   const auto owned = static_cast<std::size_t>(surface.elements.owned) * per_element;
   const auto is_held = [&held](PetscInt i) { return held[i]; };
   for (const Body& body : bodies) {

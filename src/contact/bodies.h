@@ -33,7 +33,7 @@ struct BodyOptions {
   double length = 0.2;                                         ///< of a cylinder, a capsule without its caps [m]
   double tube_radius = 0.02;                                   ///< of a ring [m]
   std::string file;                                            ///< of a mesh
-  double scale = 1;                                            ///< of its coordinates
+  double scale = 1;                                            ///< factor on the coordinates of a mesh
   Eigen::Vector3d point = Eigen::Vector3d::Zero();             ///< of the plane at time 0 [m]
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();           ///< of the plane, out of the solid, any length
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();          ///< [m/s]
@@ -62,40 +62,40 @@ struct Body {
   double heat_transfer = 0;           ///< [W/(m^2 K)]
   double heat_reach = 0;              ///< [m]
 
-  /// Its pose at a time [s].
+  /// The solid in its pose at a time [s].
   Solid at(double time) const { return {shape, motion.at(time)}; }
 };
 
-/// Where a point that is fixed to a solid moves to with it [m].
+/// Place of a point after a solid to which it is fixed has moved from one pose to another [m].
 inline Eigen::Vector3d carried(const Pose& from, const Pose& to, const Eigen::Vector3d& point) {
   return to.to_world(from.to_own(point));
 }
 
-/// Rank 0 reads meshes. Collective.
+/// Makes bodies from the options of a deck; rank 0 reads their meshes. Collective.
 /// @throws Error that names the body and the key, the same on all ranks.
 std::vector<Body> make_bodies(MPI_Comm comm, const std::map<std::string, BodyOptions>& options);
 
-/// What a surface has done to a body in a step.
+/// Load of a surface on a body in a step.
 struct BodyLoad {
   Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< on the body: pressure, friction and impacts [N]
   double gap = 0;  ///< least gap beyond the body's margin, at most the thickness of contacts [m]
 };
 
-/// In words, the first body that something is deeper in than the tolerance [m], a tenth of contact.thickness; empty:
-/// none. @param loads of each body
+/// Message that names the first body into which a surface reaches deeper than the tolerance [m]; empty if there is
+/// none. @param loads on each body
 std::string entered_too_deep(const std::vector<Body>& bodies, const std::vector<BodyLoad>& loads, double tolerance);
 
-/// Whether anything rebounds from one of these bodies.
+/// Whether any of the bodies has a restitution.
 bool any_rebounds(const std::vector<Body>& bodies);
 
-/// In words, the first body that free particles are in at a time, beyond its margin, and how many of them; empty: none.
-/// Collective.
-/// @param held local particles that do not count
-/// @param least depth that counts, or half of that of the body if this is less [m]
+/// Message that names the first body in which free particles are at a time, its margin included, and their number;
+/// empty if there is none. Collective.
+/// @param held local particles that are left out
+/// @param least depth at which a particle counts, at most half the depth of the body [m]
 std::string particles_inside(const std::vector<Body>& bodies, double time, const Layout& particles,
                              const Field& positions, const std::vector<bool>& held, double least);
-/// Tells of drawn triangles in bodies, as particles_inside does of particles: a body may pierce a triangle between its
-/// corners. Triangles with a held corner do not count, and the margin of a body does not belong to it here. Collective.
+/// Like particles_inside, for drawn triangles, which a body may pierce between their corners. Triangles with a held
+/// corner are left out, and so are the margins of bodies. Collective.
 std::string triangles_inside(const std::vector<Body>& bodies, double time, const Surface& surface,
                              const Field& positions, const std::vector<bool>& held, double least);
 

@@ -18,14 +18,14 @@ inline namespace contact {
 namespace {
 
 // Shares of the thickness.
-constexpr double too_deep = 0.05;     ///< depth at which a point becomes stiffer
+constexpr double too_deep = 0.05;     ///< depth from which on the stiffness of a point is raised
 constexpr double sampled_from = 0.1;  ///< a body is sampled if it bulges by more than this over a side
-constexpr double deeper = 0.02;  ///< by which a point is deeper than samples and particles, so that it presses, too
-constexpr int most_rounds = 12;  ///< times that Newton's method goes on in a step
+constexpr double deeper = 0.02;  ///< by this a deepest point must be deeper than samples and particles to press, too
+constexpr int most_rounds = 12;  ///< at most so often Newton's method goes on in a step
 
 constexpr double stiffer_by = 4;
 
-/// Whether the point is that of a particle.
+/// Whether all weight of a point is on one particle.
 bool is_particle(const std::array<double, 4>& weights) {
   return *std::max_element(weights.begin(), weights.end()) > 1 - 1e-6;
 }
@@ -64,11 +64,11 @@ BodyContact::BodyContact(const Surface& surface, const std::map<std::string, Bod
       slip_speed_(options.slip_speed),
       sweep_(surface, make_bodies(surface.comm(), bodies), contact_thickness(surface, options)),
       stiffness_(options.stiffness.value_or(usual_stiffness)),
-      element_area_(static_cast<std::size_t>(surface.elements.local()), 0),
+      element_area_(surface.elements.local(), 0),
       pressed_(sweep_.bodies().size()),
-      hessian_(static_cast<std::size_t>(surface.particles.owned), Eigen::Matrix3d::Zero()) {
+      hessian_(surface.particles.owned, Eigen::Matrix3d::Zero()) {
   Field area(surface.particles, 1);
-  const auto per_element = static_cast<std::size_t>(surface.triangles_per_element);
+  const std::size_t per_element = surface.triangles_per_element;
   const std::array<double, 3> shares = surface.point_shares();
   for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
     const std::size_t element = t / per_element;
@@ -121,7 +121,7 @@ void BodyContact::set_time(double time_end, double h) {
   find_friction();
 }
 
-/// Of the owned particles, from where the step starts.
+/// Sets the friction of the owned particles by the normal forces at the start of the step.
 void BodyContact::find_friction() {
   slip_.e = sweep_.h() * slip_speed_;
   for (std::size_t b = 0; b < pressed_.size(); ++b) {
@@ -129,30 +129,29 @@ void BodyContact::find_friction() {
     std::vector<Friction>& friction = pressed_[b].friction;
     friction.assign(surface_.particles.owned, {});
     for (PetscInt i = 0; i < surface_.particles.owned && body.friction > 0; ++i) {
-      const auto particle = static_cast<std::size_t>(i);
       const double gap = sweep_.start_gap(b, i);
       if (gap < thickness()) {
-        const Barrier barrier{stiffness_ * area_[particle], thickness(), onset};
-        friction[particle].force = -body.friction * barrier.slope(gap + nearer_[b][particle]);
-        sweep_.gap_at(b, sweep_.before(b), sweep_.start().vector(i), friction[particle].normal);
+        const Barrier barrier{stiffness_ * area_[i], thickness(), onset};
+        friction[i].force = -body.friction * barrier.slope(gap + nearer_[b][i]);
+        sweep_.gap_at(b, sweep_.before(b), sweep_.start().vector(i), friction[i].normal);
       }
     }
   }
 }
 
-/// How much nearer than the thickness a place was at first, undeformed: it presses from that gap on [m].
+/// Thickness minus the gap of an undeformed place, at least 0: a point there presses from that smaller gap on [m].
 double BodyContact::nearer(std::size_t body, const Eigen::Vector3d& rest) const {
   Eigen::Vector3d normal;
   return std::clamp(thickness() - sweep_.gap_at(body, bodies()[body].at(0), rest, normal), 0.0, thickness());
 }
 
-/// Whether a particle that has come to x may be as near as the thickness, judged by where it started.
+/// Whether a particle at x may be nearer to a body than the thickness, by its gap at the step's start.
 bool BodyContact::may_touch(std::size_t body, PetscInt particle, const Eigen::Vector3d& x) const {
   const double spare = sweep_.start_gap(body, particle) - thickness();
   return spare <= 0 || (x - sweep_.carried_place(body, particle)).squaredNorm() >= spare * spare;
 }
 
-/// Pressure and friction on a point at x; the body would have carried it from its start to `start`.
+/// Potential of pressure and friction of a point at x. @param start place at the step's start, moved with the body
 PointPotential BodyContact::press(std::size_t body, double stiffness, double nearer, const Friction& friction,
                                   const Eigen::Vector3d& start, const Eigen::Vector3d& x) const {
   PointPotential sum;
@@ -193,13 +192,12 @@ void BodyContact::for_each_vertex(const Field& x, const Take& take) const {
     const Pressed& pressed = pressed_[b];
     const PetscInt count = pressed.friction.empty() ? 0 : surface_.particles.owned;  // no step has begun
     for (PetscInt i = 0; i < count; ++i) {
-      const auto particle = static_cast<std::size_t>(i);
-      const Friction& friction = pressed.friction[particle];
+      const Friction& friction = pressed.friction[i];
       if (sweep_.is_held(i) || (friction.force == 0 && !may_touch(b, i, x.vector(i)))) {
         continue;
       }
-      const double stiffness = stiffness_ * area_[particle] * pressed.stiffer[particle];
-      take(i, b, press(b, stiffness, nearer_[b][particle], friction, sweep_.carried_place(b, i), x.vector(i)));
+      const double stiffness = stiffness_ * area_[i] * pressed.stiffer[i];
+      take(i, b, press(b, stiffness, nearer_[b][i], friction, sweep_.carried_place(b, i), x.vector(i)));
     }
   }
 }
@@ -325,7 +323,7 @@ std::vector<BodyContact::ElementPoint> BodyContact::find_points(const Field& x, 
   return points;
 }
 
-/// As above, for all triangles that are deeper in a body than a point may be.
+/// Deepest points of all triangles that are deeper in a body than `too_deep` allows.
 std::vector<BodyContact::ElementPoint> BodyContact::find_deep_points(const Field& x) const {
   std::vector<ElementPoint> points;
   const double limit = -too_deep * thickness();
@@ -375,7 +373,7 @@ void BodyContact::add_deepest(bool at_start, double below, std::size_t triangle,
   }
 }
 
-/// Collective. @returns whether there are any, on any rank
+/// Adds points to those that press. Collective. @returns whether any rank had any
 bool BodyContact::add_points(const std::vector<ElementPoint>& found) {
   points_.insert(points_.end(), found.begin(), found.end());
   const bool has_new = on_any_rank(surface_.comm(), !found.empty());
@@ -406,14 +404,13 @@ bool BodyContact::renew(const Field& x) {
   const double limit = -too_deep * thickness();
   for (std::size_t b = 0; b < bodies().size(); ++b) {
     for (PetscInt i = 0; i < surface_.particles.owned; ++i) {
-      const auto particle = static_cast<std::size_t>(i);
       if (sweep_.is_held(i) || !may_touch(b, i, x.vector(i))) {
         continue;
       }
       Eigen::Vector3d normal;
       const double gap = sweep_.gap_at(b, sweep_.after(b), x.vector(i), normal);
       if (gap < limit) {
-        pressed_[b].stiffer[particle] *= stiffer_by;
+        pressed_[b].stiffer[i] *= stiffer_by;
         changes = true;
       }
     }

@@ -27,7 +27,7 @@ inline namespace contact {
 ///   triangle is then in a body by a twentieth of the thickness: Newton's method goes on then (`renew`). It also goes
 ///   on where a point is that deep, and that point becomes stiffer.
 ///
-/// What is nearer to a body than the thickness at first, undeformed, presses only when it comes nearer than that.
+/// A point that is nearer to a body than the thickness when undeformed presses only when it comes nearer than it was.
 ///
 /// So no drawn triangle ends deeper in a body than `tolerance` of the thickness; otherwise the step has failed
 /// (`fault`). The positive Hessian leaves out the curvature of the body.
@@ -35,7 +35,7 @@ inline namespace contact {
 /// Friction is mu N s(|u|) at these points, with the slip u along the surface relative to the body over the step. As in
 /// incremental potential contact (Li et al. 2020, section 5) normal force N and surface are those of the step's start,
 /// and s is smooth up to the slip of `slip_speed` in a step (SmoothSlip). So contacts that friction could hold still
-/// creep, slower than slip_speed. See SlipTangent for its Hessian.
+/// creep, slower than slip_speed. The Hessian is that of SlipTangent.
 ///
 /// Nothing passes through a body: where Newton's method begins, triangles on their way from the start are stopped at
 /// the surface, relative to the moving body, and its steps are shortened where they could lead beyond the middle of a
@@ -43,25 +43,25 @@ inline namespace contact {
 class BodyContact : public Potential {
  public:
   static constexpr double tolerance = 0.1;
-  static constexpr double onset = 0.05;  ///< of its Barrier: Newton's method finds its place at once
+  static constexpr double onset = 0.05;  ///< of the Barrier, so short that Newton's method finds the balance at once
 
   /// Collective. Surface must outlive it. @throws Error as make_bodies does
   /// @param usual_stiffness [Pa/m], unless the options give one
   BodyContact(const Surface& surface, const std::map<std::string, BodyOptions>& bodies, const ContactOptions& options,
               double usual_stiffness);
 
-  /// With which bodies press from the next step on [Pa/m]. Not collective.
+  /// Sets the stiffness of the contact with bodies from the next step on [Pa/m]. Not collective.
   void set_stiffness(double stiffness) { stiffness_ = stiffness; }
 
-  /// Which part of the surface bodies act on in the steps to come; all of it at first. Not collective.
-  /// @param held local particles that do not move, pinned or not there
+  /// Sets on which part of the surface bodies act from the next step on; all of it at first. Not collective.
+  /// @param held local particles that do not move, because they are pinned or burnt
   /// @param living drawn triangles of the local elements that are there; null: all
   void set_surface(const std::vector<bool>& held, const std::vector<bool>* living) { sweep_.set_surface(held, living); }
-  /// To be called first in a step. Collective.
+  /// Begins a step. Collective.
   /// @param start positions at the beginning of the step [m], ghosts up to date
   /// @param time_end at which forces are in balance [s] @param h length of the step until then [s]
   void begin_step(const Field& start, double time_end, double h);
-  /// Moves the bodies in the step that has begun. Not collective.
+  /// Changes the time at which the present step ends, and with it the poses of the bodies. Not collective.
   void set_time(double time_end, double h);
 
   bool empty() const { return bodies().empty(); }
@@ -80,18 +80,18 @@ class BodyContact : public Potential {
   bool limits() const override { return !empty(); }
   bool limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matrix3Xd> step) override;
 
-  /// In words, that something is too deep in a body; empty if nothing is. Collective.
+  /// Message that the surface is too deep in a body; empty if it is not. Collective.
   std::string fault(const Field& x) const;
-  /// In words, the body that particles are too deep in where the step starts, and how many; empty: none. Collective.
+  /// Message that names the body in which particles are too deep at the step's start, or empty. Collective.
   std::string start_fault() const;
-  /// Lets what has come to touch a body in the step rebound from it, if its restitution says so: particles, and then
-  /// points of elements that are not yet fast enough. Collective.
+  /// Applies the restitution of bodies to the velocities of particles that have come to touch a body in the step, and
+  /// then to points of elements that still leave the body too slowly. Collective.
   /// @param before velocities at the beginning of the step [m/s] @param mass of the local particles [kg]
   /// @param velocity at its end [m/s]; ghosts up to date @param loads get the forces of the impacts
   void rebound(const Field& x, const Field& before, const std::vector<double>& mass, Field& velocity,
                std::vector<BodyLoad>& loads) const;
   bool rebounds() const { return any_rebounds(bodies()); }
-  /// At the end of a step. Collective.
+  /// Loads on the bodies at the end of a step. Collective.
   std::vector<BodyLoad> loads(const Field& x) const;
   /// Number of this rank's particles that bodies press on. Not collective.
   PetscInt contacts(const Field& x) const;
@@ -108,13 +108,13 @@ class BodyContact : public Potential {
     std::size_t body = 0;
     PetscInt element = 0;
     double stiffness = 0;  ///< [N/m]
-    double nearer = 0;     ///< see `nearer`
+    double nearer = 0;     ///< reduction of the thickness, see BodyContact::nearer [m]
     Friction friction;
     Eigen::Matrix3d hessian = Eigen::Matrix3d::Zero();
   };
-  /// Of a body in the step, the owned particles.
+  /// State of the owned particles for one body in the step.
   struct Pressed {
-    std::vector<double> stiffer;  ///< by which their stiffness is multiplied
+    std::vector<double> stiffer;  ///< factors on the stiffness of the particles
     std::vector<Friction> friction;
   };
 
@@ -141,8 +141,8 @@ class BodyContact : public Potential {
   double slip_speed_;  ///< [m/s]
   BodySweep sweep_;
   double stiffness_;                         ///< [Pa/m]
-  std::vector<std::vector<double>> nearer_;  ///< of each body the local particles, see `nearer` [m]
-  std::vector<bool> is_sampled_;             ///< each body: so round that samples come nearer than particles
+  std::vector<std::vector<double>> nearer_;  ///< of each body, for the local particles: result of nearer() [m]
+  std::vector<bool> is_sampled_;             ///< for each body: whether samples can come nearer to it than particles
   std::vector<double> area_;                 ///< undeformed, round the local particles [m^2]
   std::vector<double> element_area_;         ///< of the local elements [m^2]
 
@@ -152,12 +152,12 @@ class BodyContact : public Potential {
   std::vector<ElementPoint> points_;
   std::vector<Eigen::Matrix3d> hessian_;  ///< of the owned particles [N/m]
   PetscInt version_ = 0;
-  int rounds_ = 0;                  ///< of Newton's method
-  double positive_share_ = 0;       ///< see set_positive_share
-  double gap_curvature_share_ = 0;  ///< of the bodies' curvature, which is negative where they are convex
+  int rounds_ = 0;                  ///< how often Newton's method has gone on in the step
+  double positive_share_ = 0;       ///< set by set_positive_share
+  double gap_curvature_share_ = 0;  ///< share of the bodies' curvature in the Hessian
 };
 
-/// Gap at which surfaces begin to press, as given or else a tenth of the mean side of the mesh [m]. Collective.
+/// Gap below which bodies press on a surface: as given, or else a tenth of the mean side of the mesh [m]. Collective.
 double contact_thickness(const Surface& surface, const ContactOptions& options);
 
 }  // namespace contact

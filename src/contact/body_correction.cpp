@@ -14,7 +14,7 @@ namespace {
 /// A particle this near to a surface touches it: far above rounding, far below any sheet's thickness [m].
 constexpr double touching = 1e-9;
 
-/// What is left of a slip along a surface when friction can take away up to `limit` of it.
+/// A slip along a surface, shortened by friction by at most `limit`.
 Eigen::Vector3d slip_after_friction(const Eigen::Vector3d& slip, double limit) {
   const double length = slip.norm();
   return length > limit ? Eigen::Vector3d(slip * (1 - limit / length)) : Eigen::Vector3d(Eigen::Vector3d::Zero());
@@ -24,7 +24,7 @@ Eigen::Vector3d along_surface(const Eigen::Vector3d& vector, const Eigen::Vector
   return vector - normal * normal.dot(vector);
 }
 
-/// With which a body throws off what arrived at a velocity relative to it [m/s].
+/// Normal speed, relative to the body, at which a point leaves a body after it arrived at a relative velocity [m/s].
 double rebound_speed(const Body& body, const Eigen::Vector3d& normal, const Eigen::Vector3d& arrival) {
   return std::max(0.0, -body.restitution * normal.dot(arrival));
 }
@@ -45,7 +45,7 @@ BodyCorrection::BodyCorrection(const Surface& surface, const std::map<std::strin
       sweep_(surface, without_margins(bodies_), thickness),
       force_(bodies_.size(), Eigen::Vector3d::Zero()),
       last_(bodies_.empty() ? Field() : Field(surface.particles, 3)),
-      is_touched_(static_cast<std::size_t>(surface.particles.owned), false) {}
+      is_touched_(surface.particles.owned, false) {}
 
 void BodyCorrection::begin_step(const ContactStep& step, const std::vector<bool>* living) {
   std::fill(force_.begin(), force_.end(), Eigen::Vector3d::Zero());
@@ -88,8 +88,8 @@ bool BodyCorrection::correct_triangles(Field& positions, const ContactStep& step
   return has_any;
 }
 
-/// Where a point gets to that a body pushes out to a margin, friction included.
-/// @param gap at the point @param start of the point, where the step starts
+/// Place of a point after a body has pushed it out to a margin, friction included.
+/// @param gap at the point @param start place of the point at the step's start
 Eigen::Vector3d BodyCorrection::corrected(std::size_t body, const SignedDistance& gap, double margin,
                                           const Eigen::Vector3d& start, const Eigen::Vector3d& x) const {
   const double friction = bodies_[body].friction;
@@ -111,7 +111,7 @@ void BodyCorrection::add_force(std::size_t body, PetscInt particle, const Eigen:
   force_[body] -= step.mass[particle] / (step.h * step.h) * moved_by;
 }
 
-/// Moves local particles, ghosts too, alike on every rank.
+/// Moves local particles out of bodies; every rank moves a ghost like its owner.
 void BodyCorrection::push_particles(Field& positions, const ContactStep& step) {
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     const Solid& solid = sweep_.after(b);
@@ -130,13 +130,13 @@ void BodyCorrection::push_particles(Field& positions, const ContactStep& step) {
   }
 }
 
-/// Moves what is too deep once: a particle as far as one of its triangles wants, in the mean direction. Collective.
-/// @param with triangles with none of these have not changed since nothing was too deep; null: any may have
-/// @returns whether anything was, on any rank
+/// A sweep of correct_triangles: moves a particle in the mean direction by the most that a triangle needs. Collective.
+/// @param with only triangles with one of these particles are examined; null: all
+/// @returns whether any triangle was too deep, on any rank
 bool BodyCorrection::push_triangles(Field& positions, const ContactStep& step, const std::vector<bool>* with) {
   const double limit = tolerance / 2 * sweep_.thickness();
   struct Move {
-    double length = 0;  ///< the most that a triangle wants
+    double length = 0;  ///< the largest that a triangle needs
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   };
   std::map<std::pair<std::size_t, PetscInt>, Move> moves;  // by body and particle
@@ -209,7 +209,7 @@ PetscInt BodyCorrection::correct_velocities(Field& velocities, const Field& posi
   return approaching;
 }
 
-/// As above for the deepest points of the triangles that are in a body. Collective.
+/// Corrects the velocities of the corners of triangles whose deepest points touch a body. Collective.
 void BodyCorrection::stop_triangles(Field& velocities, const Field& positions, const ContactStep& step) {
   WantedChanges changes;
   triangle_gap_.assign(bodies_.size(), sweep_.thickness());

@@ -14,10 +14,10 @@ inline namespace contact {
 
 namespace {
 
-/// When a part of a triangle is small enough for one quadrature.
+/// Limits below which a part of a triangle is integrated by one quadrature.
 struct Fineness {
   double change;  ///< from a bound of the gap to the largest gap found, as a share of the reach
-  int divisions;  ///< after so many, whatever the change
+  int divisions;  ///< the most
 };
 constexpr Fineness at_convex{0.5, 8};
 constexpr Fineness elsewhere{1, 4};  ///< the bound is rough, and distances take long
@@ -41,11 +41,11 @@ const std::array<QuadraturePoint, 6>& quadrature() {
   return points;
 }
 
-/// A body where it is, and how the heat that it gives falls with the distance from it.
+/// A body in its pose, with the weight of its heat transfer by the distance from it.
 struct HotSolid {
   Solid solid;
-  double touching;  ///< distance up to which it gives all [m]
-  double reach;     ///< over which that falls to nothing [m]
+  double touching;  ///< distance up to which the weight is 1 [m]
+  double reach;     ///< further distance over which the weight falls to 0 [m]
 
   double farthest() const { return touching + reach; }
   double weight(double distance) const {
@@ -54,10 +54,10 @@ struct HotSolid {
   }
 };
 
-/// A drawn triangle near a hot body, which integrates the heat that it takes.
+/// A drawn triangle near a body, over which the weight is integrated.
 class DrawnTriangle {
  public:
-  /// @param lift from the drawn layer to the other one [m]; none: there is one layer
+  /// @param lift vector from the drawn layer to the other one [m]; none: there is one layer
   /// @param has_centre whether its last corner is the centre of a quad
   DrawnTriangle(const HotSolid& hot, const Triangle& corners, const std::optional<Eigen::Vector3d>& lift,
                 bool has_centre)
@@ -83,7 +83,7 @@ class DrawnTriangle {
     return lift_ ? std::min(drawn, signed_distance(hot_.solid, at(w) + *lift_).distance) : drawn;
   }
 
-  /// A distance that no point of a part falls below. @param part barycentric coordinates @param lift to one layer [m]
+  /// Lower bound of a part's distance [m]. @param part barycentric coordinates @param lift from the drawn layer [m]
   double least_of_layer(const Triangle& part, const Eigen::Vector3d& lift) const {
     const Eigen::Vector3d middle = at((part[0] + part[1] + part[2]) / 3) + lift;
     const Triangle places{at(part[0]) + lift, at(part[1]) + lift, at(part[2]) + lift};
@@ -126,7 +126,7 @@ class DrawnTriangle {
   bool has_centre_;
 };
 
-/// From the drawn layer of an element to the other layer of a shell that has two, if its lattice particle is there.
+/// Vector from an element's drawn layer to the other layer of a shell that has two, if its lattice particle lives.
 std::optional<Eigen::Vector3d> lift_of(const Surface& surface, std::size_t element, const BodyHeatInput& input) {
   constexpr double least = 1e-6;  // of a cell's diagonal
   if (!surface.has_quads() || input.mass.data()[surface.lattice[element]] == 0) {
@@ -189,7 +189,7 @@ bool exchange_heat(const std::map<std::string, BodyOptions>& bodies) {
 Eigen::VectorXd body_conductance(const Surface& surface, const Body& body, const BodyHeatInput& input) {
   const HotSolid hot{body.at(input.time), body.margin + input.resting_gap, body.heat_reach};
   const Eigen::AlignedBox3d box = box_round(body.shape);
-  const auto per_element = static_cast<std::size_t>(surface.triangles_per_element);
+  const std::size_t per_element = surface.triangles_per_element;
   Eigen::VectorXd integral = Eigen::VectorXd::Zero(surface.particles.local());
   for (std::size_t e = 0; e < surface.triangles.size() / per_element; ++e) {
     const std::optional<Eigen::Vector3d> lift = lift_of(surface, e, input);

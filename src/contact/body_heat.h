@@ -11,11 +11,11 @@
 namespace pellicle {
 inline namespace contact {
 
-/// Heat that bodies exchange with what touches them in a step.
+/// Data of a step for the heat exchange with bodies.
 struct BodyHeatInput {
   const Field& positions;  ///< at the start of the step, ghosts up to date [m]
   const Field& mass;       ///< ghosts up to date [kg]
-  const Living& living;    ///< what has not burnt, ghosts up to date
+  const Living& living;    ///< triangles that have not burnt, ghosts up to date
   double time = 0;         ///< at the start of the step [s]
   double h = 0;            ///< [s]
   double capacity = 0;     ///< c [J/(kg K)]
@@ -42,8 +42,8 @@ struct BodyHeat {
 /// what is heated evenly gets evenly hotter, on any mesh. Not collective.
 Eigen::VectorXd body_conductance(const Surface& surface, const Body& body, const BodyHeatInput& input);
 
-/// The temperature T of what touches a body approaches the body's by the share 1 - exp(-G h/(m c)), with the particle's
-/// conductance G. Bodies without a temperature do nothing. Collective.
+/// Heat exchange of a surface with bodies: a particle's temperature approaches the body's by the share 1 - exp(-G h/(m
+/// c)), with its conductance G. Bodies without a temperature exchange none. Collective.
 BodyHeat exchange_with_bodies(Field& temperature, const Surface& surface, const std::vector<Body>& bodies,
                               const BodyHeatInput& input);
 

@@ -11,15 +11,15 @@ inline namespace contact {
 
 namespace {
 
-constexpr double surface_gap = 0.7;  ///< of the thickness, at which what comes from outside is stopped
-constexpr double least_free = 0.1;   ///< share of free particles in a point, from which on they can move it
+constexpr double surface_gap = 0.7;  ///< gap at which what comes from outside is stopped, as a share of the thickness
+constexpr double least_free = 0.1;   ///< least weight of free particles in a point that can move it
 
 double longest_side(const std::array<Eigen::Vector3d, 3>& corners) {
   return std::max(
       {(corners[1] - corners[0]).norm(), (corners[2] - corners[1]).norm(), (corners[0] - corners[2]).norm()});
 }
 
-/// Of the local particles [m].
+/// Largest displacement of a local particle [m].
 double farthest_way(const Field& from, const Field& to) {
   const Field::ConstValues a = from.values();
   const Field::ConstValues b = to.values();
@@ -79,7 +79,7 @@ BodySweep::BodySweep(const Surface& surface, std::vector<Body> bodies, double th
     : surface_(surface),
       thickness_(thickness),
       bodies_(std::move(bodies)),
-      held_(static_cast<std::size_t>(surface.particles.local()), false),
+      held_(surface.particles.local(), false),
       start_(bodies_.empty() ? Field() : Field(surface.particles, 3)),
       moved_(bodies_.size()) {}
 
@@ -126,7 +126,7 @@ double BodySweep::gap_at(std::size_t body, const Solid& solid, const Eigen::Vect
   return gap.distance - bodies_[body].margin;
 }
 
-/// Whether an element has one of these as a corner.
+/// Whether an element has one of these particles as a corner.
 bool BodySweep::has_any(std::size_t element, const std::vector<bool>& particles) const {
   for (PetscInt k = 0; k < surface_.sides_per_element(); ++k) {
     if (particles[surface_.corner(element, k)]) {
@@ -148,7 +148,7 @@ double BodySweep::farthest_moved(std::size_t body, const Field& x) const {
   return farthest;
 }
 
-/// A bound: nothing of an element is nearer to a body [m].
+/// Lower bound of the gap between an element and a body [m].
 double BodySweep::least_gap(std::size_t body, const Solid& solid, std::size_t element, const Field& x) const {
   const Eigen::Vector3d first = x.vector(surface_.corner(element, 0));
   Eigen::Vector3d normal;
@@ -163,7 +163,7 @@ double BodySweep::least_gap(std::size_t body, const Solid& solid, std::size_t el
   return gap + (solid.is_convex() ? rise : -radius);
 }
 
-/// The deepest point of a triangle that is there, nearer to a body than `below` and not held.
+/// The deepest point of a triangle, if the triangle is living, not held, and nearer to a body than `below`.
 std::optional<DeepestPoint> BodySweep::deepest_near(std::size_t body, const Solid& solid, std::size_t triangle,
                                                     const std::array<Eigen::Vector3d, 3>& at, double below) const {
   if (!living_.empty() && !living_[triangle]) {
@@ -182,9 +182,9 @@ std::optional<DeepestPoint> BodySweep::deepest_near(std::size_t body, const Soli
 
 /// For each local particle the share of its way up to which no drawn triangle, and none of the particles, passes
 /// through a body; for particles of other ranks this rank knows a part only. Not collective.
-/// @param is_carried whether `from` is where the body has carried what was near it
-/// @param at_surface how far they may go: up to the body's surface, or to its middle
-/// @returns nothing if all may go all the way
+/// @param is_carried whether `from` are the places at the step's start, moved with the body
+/// @param at_surface whether the way ends at the body's surface; otherwise at its middle
+/// @returns empty if all particles may go all the way
 std::vector<double> BodySweep::safe_shares(std::size_t body, const Field& from, const Field& to, bool is_carried,
                                            bool at_surface) const {
   const double depth = depth_of(bodies_[body].shape);
@@ -240,7 +240,7 @@ std::vector<double> BodySweep::safe_shares(std::size_t body, const Field& from, 
           trace(length, [&](double share) { return signed_distance(solid, between(a, b, share)).distance - margin; });
     }
   }
-  const auto per_element = static_cast<std::size_t>(surface_.triangles_per_element);
+  const std::size_t per_element = surface_.triangles_per_element;
   for (std::size_t t = 0; t < surface_.triangles.size(); ++t) {
     if (start_gap(body, surface_.triangles[t][0]) >= farthest || (!living_.empty() && !living_[t])) {
       continue;
@@ -275,7 +275,7 @@ std::vector<double> BodySweep::safe_shares(std::size_t body, const Field& from, 
   return shares;
 }
 
-/// @param from null: from where the bodies have carried it
+/// @param from places at which the way begins; null: those at the step's start, moved with the near bodies
 bool BodySweep::shorten(const Field* from, Field& to, bool at_surface, StepLimit how) const {
   constexpr int most = 20;  // A triangle whose corners stop one after the other may have to stop again.
   bool is_shortened = false;

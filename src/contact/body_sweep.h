@@ -17,16 +17,16 @@
 namespace pellicle {
 inline namespace contact {
 
-/// Particles and weights of a point of a drawn triangle; 0 for particles that do not count.
+/// Particles and weights of a point of a drawn triangle; unused entries have weight 0.
 struct PointWeights {
   std::array<PetscInt, 4> particles{};
   std::array<double, 4> weights{};
 };
 
-/// @param weights of the triangle's corners, sum 1
+/// @param weights barycentric coordinates in the triangle, sum 1
 PointWeights weights_of(const Surface& surface, std::size_t triangle, const Eigen::Vector3d& weights);
 
-/// What the particles have (3 x local), at a point.
+/// Value at a point, interpolated from those of the particles (3 x local).
 template <class Values>
 Eigen::Vector3d at_point(const PointWeights& point, const Values& values) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -37,13 +37,13 @@ Eigen::Vector3d at_point(const PointWeights& point, const Values& values) {
 }
 inline Eigen::Vector3d at_point(const PointWeights& point, const Field& x) { return at_point(point, x.values()); }
 
-/// By how much points of triangles that touch bodies want the velocities of their corners to change: a particle changes
-/// by the mean of what is wanted of it at a body, weighted with how much each point wants it, so that rounding does not
-/// decide who counts.
+/// Changes that points of triangles which touch bodies need in the velocities of their corners. At each body a particle
+/// gets the mean of the changes that its points need, weighted with their amounts, so that rounding does not decide
+/// which points count.
 class WantedChanges {
  public:
-  /// Of the owned particles of a point. @param shares how far each moves if the point is to move by 1
-  /// @param by what it wants [m/s] @param weight how much it wants it [m/s]
+  /// Adds a point's change to its owned particles. @param shares displacements of the particles if the point moves by 1
+  /// @param by change that the point needs [m/s] @param weight of this change in the mean [m/s]
   void add(std::size_t body, const PointWeights& point, const std::array<double, 4>& shares, const Eigen::Vector3d& by,
            double weight, PetscInt owned);
   /// Calls `take` with body, particle and its change.
@@ -63,50 +63,50 @@ class WantedChanges {
   std::map<std::pair<std::size_t, PetscInt>, Change> changes_;  ///< by body and particle
 };
 
-/// Bodies as they move in a step, what of a surface is near them, and how far it may go there.
+/// Moving bodies: finds a surface's drawn triangles near them and keeps displacements from passing through a body.
 class BodySweep {
  public:
-  static constexpr double gap_error = 0.02;  ///< of the thickness: of the gap of a triangle
+  static constexpr double gap_error = 0.02;  ///< of the gap of a triangle, as a share of the thickness
 
-  /// Surface must outlive it. @param thickness gap from which on bodies press [m]
+  /// The surface must outlive this object. @param thickness gap below which bodies press [m]
   BodySweep(const Surface& surface, std::vector<Body> bodies, double thickness);
 
   const std::vector<Body>& bodies() const { return bodies_; }
   double thickness() const { return thickness_; }
 
-  /// Which part of the surface bodies act on in the steps to come; all of it at first. Not collective.
-  /// @param held local particles that do not move, pinned or not there
+  /// Sets on which part of the surface bodies act from the next step on; all of it at first. Not collective.
+  /// @param held local particles that do not move, because they are pinned or burnt
   /// @param living drawn triangles of the local elements that are there; null: all
   void set_surface(const std::vector<bool>& held, const std::vector<bool>* living);
-  /// To be called first in a step. Not collective.
+  /// Begins a step. Not collective.
   /// @param start positions at the beginning of the step [m], ghosts up to date
-  /// @param time_end at its end [s] @param h its length [s]
+  /// @param time_end at the end of the step [s] @param h length of the step [s]
   void begin_step(const Field& start, double time_end, double h);
-  /// Moves the bodies in the step that has begun. Not collective.
+  /// Changes the time at which the present step ends, and with it the poses of the bodies. Not collective.
   void set_time(double time_end, double h);
 
   const Field& start() const { return start_; }
   bool is_held(PetscInt particle) const { return held_[particle]; }
   double h() const { return h_; }                                              ///< [s]
   double time() const { return time_; }                                        ///< of the step's start [s]
-  const Solid& before(std::size_t body) const { return moved_[body].before; }  ///< where it starts
-  const Solid& after(std::size_t body) const { return moved_[body].after; }    ///< where it ends
-  /// In words, the body that particles are deeper in than `least` where the step starts; empty: none. Collective.
+  const Solid& before(std::size_t body) const { return moved_[body].before; }  ///< the body at the step's start
+  const Solid& after(std::size_t body) const { return moved_[body].after; }    ///< the body at the step's end
+  /// Message that names the body in which particles are deeper than `least` at the step's start, or empty. Collective.
   std::string start_fault(double least) const {
     return h_ > 0 ? particles_inside(bodies_, time_, surface_.particles, start_, held_, least) : "";
   }
-  /// Between body, with its margin, and a local particle, both where they start [m]. Once a step has begun.
+  /// Gap between a body with its margin and a local particle at the step's start [m].
   double start_gap(std::size_t body, PetscInt particle) const { return moved_[body].start_gap[particle]; }
-  /// How far each particle of a point moves if the point is to move by 1: by its weight and inversely to its mass.
-  /// Nothing if free particles have so little of a part in it that they cannot move it.
+  /// Displacements of a point's particles that move the point by 1, in proportion to weight over mass; none if the free
+  /// particles have too little weight to move it.
   std::optional<std::array<double, 4>> shares(const PointWeights& point, const std::vector<double>& mass) const;
-  /// Mean velocity over the step of what a body has carried to x [m/s].
+  /// Mean velocity over the step of the body's material point that is at x in the end [m/s].
   Eigen::Vector3d velocity_at(std::size_t body, const Eigen::Vector3d& x) const {
     return (x - carried(after(body).pose, before(body).pose, x)) / h_;
   }
-  /// Gap between a body with its margin and a point.
+  /// Gap between a body with its margin and a point [m]. @param normal set to the body's normal there
   double gap_at(std::size_t body, const Solid& solid, const Eigen::Vector3d& x, Eigen::Vector3d& normal) const;
-  /// Where a point would be if it had moved with the body since the start.
+  /// Place of a point, or particle, if it had moved with the body since the step's start [m].
   Eigen::Vector3d carried_place(std::size_t body, const Eigen::Vector3d& start) const {
     return carried(moved_[body].before.pose, moved_[body].after.pose, start);
   }
@@ -117,12 +117,12 @@ class BodySweep {
   /// Calls `take` with each body, each drawn triangle of the local elements that is nearer to it than `below`, the
   /// triangle's corners and its deepest point; not with triangles that are held, nor for half spaces, where a corner is
   /// the deepest point. Not collective.
-  /// @param at_start takes the bodies where they were then, and not where they end
-  /// @param with only triangles of elements that have one of these local particles; null: all
+  /// @param at_start whether bodies are in their poses at the step's start; otherwise at its end
+  /// @param with restricts the visit to triangles of elements that have one of these local particles; null: all
   template <class Take>
   void visit_near_triangles(const Field& x, bool at_start, double below, const Take& take,
                             const std::vector<bool>* with = nullptr) const {
-    const auto per_element = static_cast<std::size_t>(surface_.triangles_per_element);
+    const std::size_t per_element = surface_.triangles_per_element;
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
       if (std::holds_alternative<HalfSpace>(bodies_[b].shape)) {
         continue;
@@ -145,12 +145,12 @@ class BodySweep {
     }
   }
 
-  /// Draws `to` back towards where the bodies have carried what was near them at the start, until no drawn triangle,
-  /// and none of the particles, passes beyond a gap of `start_gap` of the thickness on its way there. Collective.
+  /// Draws the places `to` back towards those at the step's start, moved with the near bodies, until no drawn triangle,
+  /// and no particle, comes nearer to a body than 0.7 of the thickness on its way there. Collective.
   /// @returns whether anything was drawn back, on any rank
   bool stop_at_surface(Field& to) const;
-  /// As above, where nothing may pass beyond the middle of a body, nor deeper where it is beyond already.
-  /// @param from null: from where the bodies have carried it
+  /// Draws the places `to` back so that nothing passes the middle of a body, or goes deeper if it is beyond already.
+  /// @param from places at which the way begins; null: those at the step's start, moved with the near bodies
   bool stop_at_middle(const Field* from, Field& to, StepLimit how) const;
 
  private:
@@ -160,12 +160,12 @@ class BodySweep {
     Solid after;
     bool is_at_rest = false;
     std::vector<double> start_gap;  ///< of the local particles [m]
-    double least_start_gap = 0;     ///< of these
+    double least_start_gap = 0;     ///< the least start_gap [m]
   };
 
   bool has_any(std::size_t element, const std::vector<bool>& particles) const;
   double farthest_moved(std::size_t body, const Field& x) const;
-  /// What an element reaches nearer to a body than its first corner has started, if nothing has moved further.
+  /// Distance by which an element may be nearer than its first corner at the start, if particles moved by `moved` [m].
   double reach_of(double moved) const { return moved + 2 * (longest_side_ + 2 * moved); }
   double least_gap(std::size_t body, const Solid& solid, std::size_t element, const Field& x) const;
   std::optional<DeepestPoint> deepest_near(std::size_t body, const Solid& solid, std::size_t triangle,

@@ -16,8 +16,8 @@ namespace {
 
 using Box = Eigen::AlignedBox3d;
 
-/// Splits a list of boxes in halves by their middles along the longest side, until there are so many lists. @returns
-/// box of each
+/// Splits a list of boxes in halves by their middles along the longest side into a number of lists. @returns the box of
+/// each list
 void add_patches(const std::vector<Box>& boxes, std::vector<std::size_t>::iterator first,
                  std::vector<std::size_t>::iterator last, int patches, std::vector<Box>& result) {
   Box whole;
@@ -40,7 +40,7 @@ void add_patches(const std::vector<Box>& boxes, std::vector<std::size_t>::iterat
   add_patches(boxes, middle, last, patches - patches / 2, result);
 }
 
-/// Number of boxes of a rank that others compare theirs with.
+/// Number of boxes by which a rank describes its part to the others.
 constexpr int patches_of_rank = 32;
 
 /// Share of a quad's area that belongs to its centre.
@@ -55,7 +55,7 @@ struct RankBox {
 
 ContactMesh::ContactMesh(const ContactSurface& surface)
     : surface_(surface),
-      particle_area_(static_cast<std::size_t>(surface.particles().local()), 0.0),
+      particle_area_(surface.particles().local(), 0.0),
       reach_(surface.particles()),
       places_(surface.particles(), 3) {
   for (PetscInt e = 0; e < surface.elements().local(); ++e) {
@@ -101,9 +101,9 @@ Box ContactMesh::box(PetscInt element, const Motion& motion) const {
 }
 
 /// Sends the owned elements to the ranks whose boxes they meet. Collective.
-/// @param own owned elements of which something lives @param boxes of them, and of what else touches this rank's
-/// particles @param margin by which this rank asks for more than what meets its boxes [m]
-/// @returns what others send, in the order of their ranks
+/// @param own owned elements with living triangles @param boxes of these elements and of all others that touch this
+/// rank's particles @param margin by which this rank's boxes are widened [m]
+/// @returns the elements from other ranks, in the order of these
 std::vector<ContactMesh::Element> ContactMesh::receive(const std::vector<Element>& own, const std::vector<Box>& boxes,
                                                        double margin) const {
   int rank = 0;
@@ -209,10 +209,8 @@ bool ContactMesh::gather(const Motion& motion, const Field& start, const std::ve
   Field known(reach_, 16);
   places_ = Field(reach_, 3);
   for (PetscInt i = 0; i < particles.local(); ++i) {
-    const auto particle = static_cast<std::size_t>(i);
-    known.values().col(i) << surface_.rest().col(i), particle_area_[particle], surface_.thickness(i),
-        surface_.stiffness(i), start.vector(i), motion.low.vector(i), motion.high.vector(i),
-        static_cast<double>(motion.is_new[particle]);
+    known.values().col(i) << surface_.rest().col(i), particle_area_[i], surface_.thickness(i), surface_.stiffness(i),
+        start.vector(i), motion.low.vector(i), motion.high.vector(i), static_cast<double>(motion.is_new[i]);
     places_.vector(i) = motion.x.vector(i);
   }
   if (reaches_further_) {

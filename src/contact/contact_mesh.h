@@ -12,23 +12,22 @@
 namespace pellicle {
 inline namespace contact {
 
-/// The drawn triangles that may touch what this rank owns of a surface: its own, and those of other ranks that are near
-/// in space, not by the mesh.
+/// The drawn triangles that may touch this rank's part of a surface: its own, and those of other ranks that are near in
+/// space.
 ///
 /// The corners of triangles are points: first the particles of `reach()`, then the centres of quads, each of which
 /// stands at the mean of four particles.
 class ContactMesh {
  public:
-  /// The surface must outlive it. It has no triangles at first. Collective.
+  /// The surface must outlive this object, which has no triangles until `gather`. Collective.
   explicit ContactMesh(const ContactSurface& surface);
 
-  /// Where particles are, each of which may move by a displacement between two bounds for each component; ghosts up to
-  /// date.
+  /// Places of the particles and the bounds of their displacements, component by component; ghosts up to date.
   struct Motion {
     const Field& x;
     const Field& low;
     const Field& high;
-    const std::vector<bool>& is_new;  ///< of local particles: whether the last call's bounds did not include these
+    const std::vector<bool>& is_new;  ///< for each local particle: whether it may now go beyond the last call's bounds
   };
 
   /// Gathers the triangles that are near: those whose boxes meet. The box of a triangle holds all places to which its
@@ -43,7 +42,7 @@ class ContactMesh {
   /// Number in `reach()` of a particle by its global one, or -1.
   PetscInt find(PetscInt global) const { return numbers_.find(global); }
   const std::vector<std::array<PetscInt, 3>>& triangles() const { return triangles_; }
-  /// Which of its points and sides a triangle stands for: for each point and side of the mesh one triangle does.
+  /// Points and sides that a triangle represents: one triangle represents each point and side of the mesh.
   struct Leads {
     std::array<bool, 3> point{};
     std::array<bool, 3> side{};  ///< from each point to the next
@@ -51,11 +50,11 @@ class ContactMesh {
   const std::vector<Leads>& leads() const { return leads_; }
   /// The boxes of the triangles, as they were gathered.
   const std::vector<Bounds>& boxes() const { return boxes_; }
-  /// Of those boxes.
+  /// The tree of these boxes.
   const BoxTree& tree() const { return tree_; }
   PetscInt points() const { return reach_.local() + static_cast<PetscInt>(centres_.size()); }
 
-  /// Particles of a point, all with the same weight, by their numbers in `reach()`.
+  /// Particles whose mean a point is, by their numbers in `reach()`.
   struct Particles {
     std::array<PetscInt, 4> number{};
     int count = 0;
@@ -66,24 +65,24 @@ class ContactMesh {
   Particles particles(PetscInt point) const {
     return point < reach_.local() ? Particles{{point}, 1} : Particles{centres_[point - reach_.local()], 4};
   }
-  /// Whether a triangle has an owned particle as a corner, or through its centre.
+  /// Whether any triangle has a particle as a corner or in its centre. @param particle number in `reach()`
   bool has(PetscInt particle) const { return has_[particle]; }
 
   /// Places of all points when the particles are at x, whose ghosts need not be up to date. Collective.
   void write_points(const Field& x, Eigen::Matrix3Xd& points) const;
 
-  /// What is known of a point since triangles were gathered.
+  /// Data of a point, from the last `gather`.
   struct Point {
     Eigen::Vector3d rest;   ///< undeformed place [m]
     Eigen::Vector3d start;  ///< at the beginning of the step
-    Eigen::Vector3d low;    ///< between which displacements it may move [m]
-    Eigen::Vector3d high;   ///< likewise
-    Bounds box;             ///< of the places to which it may move, and wider by half of the thickness
-    double area = 0;        ///< undeformed, round it [m^2]
-    double thickness = 0;   ///< of the contact of its part with itself [m]
+    Eigen::Vector3d low;    ///< lower bound of the point's displacement [m]
+    Eigen::Vector3d high;   ///< upper bound of the displacement [m]
+    Bounds box;             ///< of the places to which the point may move, wider by half of the thickness
+    double area = 0;        ///< undeformed, round the point [m^2]
+    double thickness = 0;   ///< of the contact of the point's part with itself [m]
     double stiffness = 0;   ///< of that contact [Pa/m]
-    bool is_own = false;    ///< whether this rank owns a particle of it
-    bool is_new = false;    ///< whether it may go where the last call's bounds did not let it go
+    bool is_own = false;    ///< whether this rank owns a particle of the point
+    bool is_new = false;    ///< whether the point may now go beyond the last call's bounds
   };
   const Point& point(PetscInt number) const { return points_[number]; }
 

@@ -13,10 +13,9 @@ namespace {
 
 /// Undeformed distances below twice this share of the thickness count as zero.
 constexpr double least_share = 1e-3;
-/// Of the thickness: gaps below it press without bound.
+/// Share of the thickness below which the barrier without bound acts.
 constexpr double steep_share = 0.1;
-/// Distances below this share of the thickness are rounding: it is not known on which side of each other such features
-/// are.
+/// Distances below this share of the thickness are rounding: they do not tell on which side of each other features are.
 constexpr double none = 1e-10;
 /// Sine of the angle up to which edges count as nearly parallel, unless contacts are thinner than that times their
 /// lengths: there what presses would be further than the thickness from where the edges cross.
@@ -132,19 +131,19 @@ class Search {
     return (mesh_.point(pair.points[0]).thickness + mesh_.point(pair.points[2]).thickness) / 2;
   }
 
-  /// @returns how near to each other the features may come
+  /// @returns the least distance that the features can reach
   double measure(ContactPair& pair) const {
     pair.measure(places_);
     return pair.distance - closing(pair);
   }
 
-  /// Otherwise both features neither press nor pass through each other wherever they may go.
+  /// Whether features are apart by more than rounding and may come nearer than the thickness.
   bool is_near(const ContactPair& pair, double nearest) const {
     const double thickness = thickness_of(pair);
     return pair.distance > none * thickness && nearest < thickness;
   }
 
-  /// At no distance, though no point of one feature is where one of the other is.
+  /// Whether features are at distance 0 though no point of one is in the place of a point of the other.
   bool touches(const ContactPair& pair) const {
     const double rounding = none * thickness_of(pair);
     if (pair.distance > rounding) {
@@ -157,13 +156,13 @@ class Search {
     });
   }
 
-  /// Whether it may press, or use up its room.
+  /// Whether a pair may press, or use up its room.
   static bool matters(ContactPair& pair, double nearest) {
     pair.may_press = nearest < pair.barrier.thickness;
     return pair.may_press || nearest < (1 - room_share) * pair.distance;
   }
 
-  /// How much nearer features may come to each other along their normal.
+  /// Largest approach of two features along their normal within their ranges.
   double closing(const ContactPair& pair) const {
     double first = -std::numeric_limits<double>::infinity();
     double second = first;
@@ -180,8 +179,8 @@ class Search {
     return first + second;
   }
 
-  /// Where edges are parallel there are many nearest points, and it is chance which of them is found. Such edges press
-  /// the less, the nearer they are to parallel when the step starts (points and triangles press there instead).
+  /// Share of stiffness of two edges. Parallel edges have many nearest points, of which an arbitrary one is found, so
+  /// edges press the less, the nearer they are to parallel at the step's start (points and triangles press instead).
   double share_of_edges(const std::array<PetscInt, 4>& points, double thickness) const {
     const Eigen::Vector3d first = mesh_.point(points[1]).start - mesh_.point(points[0]).start;
     const Eigen::Vector3d second = mesh_.point(points[3]).start - mesh_.point(points[2]).start;

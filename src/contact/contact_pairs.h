@@ -17,10 +17,10 @@ struct ContactPair {
   std::array<PetscInt, 4> points;  ///< of the mesh: the point and the triangle's corners, or the edges' ends
   bool are_edges = false;
   Barrier barrier;
-  // Where it was last measured:
+  // From the last `measure`:
   double distance = 0;                               ///< [m]
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< from the second feature to the first
-  bool may_press = false;                            ///< whether its gap may become less than the barrier's thickness
+  bool may_press = false;                            ///< whether the gap may become less than the barrier's thickness
 
   NearestPoints nearest(const Eigen::Matrix3Xd& places) const {
     const std::array<Eigen::Vector3d, 4> corners{places.col(points[0]), places.col(points[1]), places.col(points[2]),
@@ -32,7 +32,7 @@ struct ContactPair {
     distance = normal.norm();
     normal /= distance > 0 ? distance : 1;
   }
-  /// A bound from below of the features' distance, from the plane between them where it was last measured [m].
+  /// Lower bound of the features' distance, along the normal of the last `measure` [m].
   double separation(const Eigen::Matrix3Xd& places) const {
     const auto along = [&](std::size_t k) { return normal.dot(places.col(points[k])); };
     return are_edges ? std::min(along(0), along(1)) - std::max(along(2), along(3))
@@ -40,7 +40,7 @@ struct ContactPair {
   }
   /// Second derivative of a gap, which must not be 0, by the points [1/m].
   Eigen::Matrix<double, 12, 12> gap_curvature(const Eigen::Matrix3Xd& places) const;
-  /// How many of the points belong to the first feature.
+  /// Number of points of the first feature.
   int first_feature() const { return are_edges ? 2 : 1; }
 };
 
@@ -53,9 +53,9 @@ constexpr double room_share = 0.9;
 /// are in one place undeformed press from `lip_share` of the thickness on, and are no pair as long as they are in one
 /// place. Not collective.
 /// @param places of the mesh's points, for which the mesh was gathered [m]
-/// @param pairs those that were found for other ranges, to be renewed: of points whose range is not new, within it
-/// @returns whether there are features that touch: at no distance, without a point of each in one place. It is not
-/// known on which side of each other they are, so they are no pair, and may pass through each other
+/// @param pairs those of the last call, set to the present ones; kept if no point's range is new (is_new)
+/// @returns whether there are features that touch: at distance 0, without a point of each in one place. As it is not
+/// known on which side of each other they are, they are no pair, and may pass through each other
 bool renew_contact_pairs(const ContactMesh& mesh, const Eigen::Matrix3Xd& places, std::vector<ContactPair>& pairs);
 
 }  // namespace contact

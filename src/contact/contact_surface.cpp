@@ -31,9 +31,9 @@ ContactSurface::ContactSurface(const std::vector<Part>& parts)
     : parts_(parts),
       particles_(layouts_of(parts, &Surface::particles)),
       elements_(layouts_of(parts, &Surface::elements)),
-      local_elements_(static_cast<std::size_t>(elements_.layout().local())),
+      local_elements_(elements_.layout().local()),
       rest_(3, particles_.layout().local()),
-      thickness_(static_cast<std::size_t>(particles_.layout().local())),
+      thickness_(particles_.layout().local()),
       stiffness_(thickness_.size()),
       living_(parts.size()) {
   for (std::size_t p = 0; p < parts.size(); ++p) {
@@ -46,7 +46,7 @@ ContactSurface::ContactSurface(const std::vector<Part>& parts)
       thickness_[particles_.local(p, i)] = thickness;
     }
     for (PetscInt e = 0; e < part.elements.local(); ++e) {
-      const auto number = static_cast<std::size_t>(e);
+      const std::size_t number = e;
       Element& element = local_elements_[elements_.local(p, e)];
       element.part = p;
       element.first_triangle = number * static_cast<std::size_t>(part.triangles_per_element);

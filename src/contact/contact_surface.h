@@ -19,17 +19,17 @@ class ContactSurface {
   /// A surface that touches itself and the other parts.
   struct Part {
     const Surface* surface;
-    std::optional<double> thickness;  ///< see ContactOptions [m]
-    double stiffness = 0;             ///< with which its contact with itself presses [Pa/m]
-    /// Of its contact, a fifth of the mean side by default [m]. Collective.
+    std::optional<double> thickness;  ///< ContactOptions::thickness [m]
+    double stiffness = 0;             ///< of the part's contact with itself [Pa/m]
+    /// Thickness of the part's contact, a fifth of the mean side by default [m]. Collective.
     double thickness_or_usual() const;
   };
-  /// An element, of which `triangles` are drawn: one of a triangle, four of a quad.
+  /// An element: a triangle, or a quad that is drawn as four triangles.
   struct Element {
-    std::array<PetscInt, 4> corners{-1, -1, -1, -1};  ///< particles; none behind a triangle's third
-    PetscInt lattice = -1;                            ///< particle beside a quad's centre, owned with the quad, or none
+    std::array<PetscInt, 4> corners{-1, -1, -1, -1};  ///< particles; a triangle's fourth is -1
+    PetscInt lattice = -1;                            ///< particle at a quad's centre, owned with the quad; -1: none
     std::size_t part = 0;
-    std::size_t first_triangle = 0;  ///< drawn, of the part
+    std::size_t first_triangle = 0;  ///< among the part's drawn triangles
     double area = 0;                 ///< undeformed [m^2]
     bool is_quad() const { return corners[3] >= 0; }
     std::size_t triangles() const { return is_quad() ? 4 : 1; }
@@ -53,9 +53,9 @@ class ContactSurface {
   /// The largest thickness of all parts [m].
   double largest_thickness() const { return largest_thickness_; }
 
-  /// With which a part's contact with itself presses [Pa/m].
+  /// Sets the stiffness of a part's contact with itself [Pa/m].
   void set_stiffness(std::size_t part, double stiffness);
-  /// Which drawn triangles of a part are still there; all by default.
+  /// Sets which drawn triangles of a part are living; all at first.
   void set_living(std::size_t part, std::vector<bool> triangles) { living_[part] = std::move(triangles); }
   bool lives(const Element& element, std::size_t triangle) const {
     const std::vector<bool>& living = living_[element.part];
@@ -68,8 +68,8 @@ class ContactSurface {
   JoinedLayout elements_;
   std::vector<Element> local_elements_;
   Eigen::Matrix3Xd rest_;
-  std::vector<double> thickness_;  ///< of the local particles
-  std::vector<double> stiffness_;  ///< likewise
+  std::vector<double> thickness_;  ///< at the local particles [m]
+  std::vector<double> stiffness_;  ///< at the local particles [Pa/m]
   double largest_thickness_ = 0;
   std::vector<std::vector<bool>> living_;  ///< of each part; empty: all
 };
@@ -77,8 +77,8 @@ class ContactSurface {
 /// Mean undeformed side of a surface's elements [m]. Collective.
 double mean_side(const Surface& surface);
 
-/// Stiffness with which a surface presses, 20 T/s^2 + 4 m/h^2 [Pa/m]: at half of a gap of s/10 it bears a tension T
-/// that is bent round a side s, and it stops within a step what comes into contact. Collective.
+/// Usual contact stiffness of a surface, 20 T/s^2 + 4 m/h^2 [Pa/m]: half a gap of s/10 bears a tension T that is bent
+/// round a side s, and an area that comes into contact is stopped within a step. Collective.
 /// @param tension T, the largest [N/m] @param areal_mass m, 0 without inertia [kg/m^2] @param h of most steps [s]
 double usual_contact_stiffness(const Surface& surface, double tension, double areal_mass, double h);
 

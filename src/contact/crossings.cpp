@@ -33,7 +33,7 @@ std::vector<Drawn> all_triangles(const std::vector<PlacedSurface>& surfaces) {
   std::vector<Drawn> own;
   for (std::size_t s = 0; s < surfaces.size(); ++s) {
     const auto& [surface, position, living] = surfaces[s];
-    const auto each = static_cast<std::size_t>(surface.triangles_per_element);
+    const std::size_t each = surface.triangles_per_element;
     for (PetscInt e = 0; e < surface.elements.owned; ++e) {
       const DrawnPlaces places_of(surface, position.data(), e);
       for (std::size_t t = each * e; t < each * (e + 1); ++t) {
@@ -124,7 +124,7 @@ void note_first(Crossings& crossings, const std::vector<Drawn>& all, const Numbe
   crossings.place = Eigen::Vector3d(first.places.data());
 }
 
-/// @param find gives what there is, on rank 0
+/// @param find counts the crossings, on rank 0
 template <class Find>
 Crossings found_on_root(MPI_Comm comm, const Find& find) {
   Crossings crossings;

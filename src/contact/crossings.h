@@ -12,13 +12,13 @@
 namespace pellicle {
 inline namespace contact {
 
-/// Where drawn surfaces pass through themselves or each other, or touch.
+/// Crossings and contacts of drawn surfaces with themselves and each other.
 struct Crossings {
   int pairs = 0;                       ///< of triangles that cut through each other
-  int touching = 0;                    ///< of triangles that do not, but touch, see find_crossings
-  std::array<PetscInt, 2> elements{};  ///< of the first of all these, by their numbers in the file
-  std::array<int, 2> surfaces{};       ///< of which surfaces these are
-  Eigen::Vector3d place{0, 0, 0};      ///< where the first of these two is [m]
+  int touching = 0;                    ///< of triangles that only touch (find_crossings)
+  std::array<PetscInt, 2> elements{};  ///< of the first pair, by their numbers in the file
+  std::array<int, 2> surfaces{};       ///< numbers of the surfaces with these elements
+  Eigen::Vector3d place{0, 0, 0};      ///< of the first of the two elements [m]
 };
 
 /// A surface that is examined.
@@ -31,20 +31,20 @@ struct PlacedSurface {
 /// Counts the pairs of drawn triangles without a common corner that cut through each other, all on rank 0, by a test
 /// that has nothing in common with SurfaceContact (count_self_intersections). Collective.
 /// @param surfaces at least one
-/// @param touch distance from which on other pairs of triangles do not touch [m]; 0: none is looked for. A corner and a
+/// @param touch distance below which other pairs of triangles touch [m]; 0: these are not looked for. A corner and a
 /// triangle, or two edges, touch, and so do two triangles of which one lies on the other; where corners are in one
 /// place, as on both sides of a slit, that alone does not count.
 Crossings find_crossings(const std::vector<PlacedSurface>& surfaces, double touch = 0);
 
-/// Whether two triangles touch, see find_crossings.
+/// Whether two triangles touch as find_crossings defines it.
 bool triangles_touch(const Triangle& first, const Triangle& second, double touch);
 
-/// Counts those pairs of triangles that cut through each other and did not before. Collective.
+/// Counts the pairs of triangles that cut through each other now and not before. Collective.
 /// @param before the same triangles at other places
 Crossings find_new_crossings(const std::vector<PlacedSurface>& before, const std::vector<PlacedSurface>& surfaces);
 
 /// "3 pairs of triangles pass through each other, first of elements 4 and 9 at (1, 0, 2) m". @param names of the
-/// objects whose surfaces were examined; empty ones are not said
+/// examined objects, empty for those that the words do not name
 std::string crossing_words(const Crossings& crossings, const std::vector<std::string>& names);
 
 }  // namespace contact

@@ -22,7 +22,7 @@ struct FanTriangle {
   bool is_held;
 };
 
-/// What lives round a lip, from where it is split.
+/// The living triangles round a lip, relative to the place of the lip.
 struct Fan {
   std::vector<std::array<Eigen::Vector3d, 2>> triangles;  ///< the corners other than the lip
   bool is_held = false;
@@ -40,7 +40,7 @@ Eigen::Vector3d inwards(const Fan& fan) {
   return sum.stableNormalized();
 }
 
-/// Whether what lives round two lips of a corner would cut through each other.
+/// Whether living triangles round two lips of a corner would cut through each other.
 bool intersect(const Fan& one, const Fan& other) {
   for (const auto& [a, b] : one.triangles) {
     for (const auto& [c, d] : other.triangles) {
@@ -52,8 +52,8 @@ bool intersect(const Fan& one, const Fan& other) {
   return false;
 }
 
-/// Gives the lips of a corner ways of a length, so that none of what lives round them cuts through another's: inwards,
-/// or else in the first of other directions that will do, each as near to inwards as may be.
+/// Sets displacements of a given length for a corner's lips, such that the living triangles round them do not cut
+/// through each other: inwards, or else in the first suitable direction, from those nearest to inwards on.
 void find_ways(Fan* fans, std::size_t count, double length) {
   std::vector<Eigen::Vector3d> directions;
   for (int n = 0; n < 27; ++n) {
@@ -106,13 +106,13 @@ void move_lips(const CrackedSurface& cracked) {
     number[lips[n].id] = n;
   }
   std::vector<FanTriangle> own;
-  const auto each = static_cast<std::size_t>(surface.triangles_per_element);
+  const std::size_t each = surface.triangles_per_element;
   for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
     const std::array<PetscInt, 3>& triangle = surface.triangles[t];
     const std::size_t corners = surface.has_quads() ? 2 : 3;  // A quad's centre is not a corner.
     const bool lives = cracked.living == nullptr || (*cracked.living)[t];
     for (std::size_t k = 0; lives && k < corners; ++k) {
-      const auto particle = static_cast<std::size_t>(triangle[k]);
+      const std::size_t particle = triangle[k];
       if (triangle[k] >= surface.particles.owned || number.count(surface.persistent_id[particle]) == 0) {
         continue;
       }

@@ -20,22 +20,22 @@ struct Lip {
   bool operator==(const Lip& other) const { return of == other.of && id == other.id; }
 };
 
-/// All of them, of all ranks, sorted. Collective.
+/// All lips of a surface on all ranks, sorted. Collective.
 std::vector<Lip> find_lips(const Surface& surface, const SplitCorners& corners);
 
-/// One of the surfaces that touch each other, which may have cracked.
+/// A surface that may have cracked, one of those that touch each other.
 struct CrackedSurface {
-  ContactSurface::Part part;        ///< whose surface is that with the copies
+  ContactSurface::Part part;        ///< its surface has the split corners
   const std::vector<bool>* living;  ///< of its drawn triangles; null: all of them
   std::vector<bool> held;           ///< local particles that stay where they are
-  std::vector<Lip> lips;            ///< of fresh cracks, see find_lips
+  std::vector<Lip> lips;            ///< of fresh cracks, from find_lips
   Field& position;                  ///< ghosts up to date, before and after
 };
 
 /// Moves the lips of fresh cracks apart, since surfaces in one place have no side of each other on which they could be
 /// kept. Each goes towards the middle of the living triangles round it by `lip_share` of the thickness, unless these
-/// would then cut through those round another lip of the same corner, as folded ones may: then it goes another way. It
-/// goes less far where another part of its surface, or another surface, is near. Collective.
+/// would then cut through those round another lip of the same corner, as in a fold: then it goes in another direction.
+/// The way is shorter where another part of the surface, or another surface, is near. Collective.
 /// @param surfaces all that touch each other
 void open_lips(const std::vector<CrackedSurface>& surfaces);
 

@@ -24,7 +24,7 @@ struct SmoothSlip {
 /// w = 0, the Hessian of a parabola above s, and in the end the exact one.
 class SlipTangent {
  public:
-  /// Newton's method has come to a slip: w follows by a Newton step of its own.
+  /// Moves to the slip of the present Newton iterate; w follows by a Newton step of its own.
   void move_to(const SmoothSlip& s, const Eigen::Vector3d& slip) {
     if (const double y = slip_.norm(); y > 0) {
       const double longer = slip_.dot(slip - slip_) / y;

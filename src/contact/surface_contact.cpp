@@ -12,7 +12,7 @@ inline namespace contact {
 
 namespace {
 
-/// How much further than its way a particle may go before pairs are sought again, as a share of the thickness.
+/// Distance by which a particle may leave its expected way before pairs are sought again, as a share of the thickness.
 constexpr double more_of_thickness = 0.06;
 
 }  // namespace
@@ -24,7 +24,7 @@ SurfaceContact::SurfaceContact(const std::vector<ContactSurface::Part>& parts, c
       is_free_(is_free),
       thickness_(surface_.largest_thickness()),
       mesh_(surface_),
-      held_(static_cast<std::size_t>(surface_.particles().local())),
+      held_(surface_.particles().local()),
       start_(surface_.particles(), 3),
       origin_(surface_.particles(), 3),
       low_(surface_.particles(), 3),
@@ -68,7 +68,7 @@ SurfaceContact::Stencil SurfaceContact::stencil(const ContactPair& pair, const s
   return stencil;
 }
 
-/// In a sum over all ranks each pair counts on one of them: that of the particle with the lowest number.
+/// Whether this rank adds a pair to sums over all ranks: it owns the particle of the pair with the lowest number.
 bool SurfaceContact::counts(const ContactPair& pair) const {
   PetscInt lowest = -1;
   PetscInt number = std::numeric_limits<PetscInt>::max();
@@ -83,7 +83,7 @@ bool SurfaceContact::counts(const ContactPair& pair) const {
   return lowest < mesh_.reach().owned;
 }
 
-/// Sums that all particles have in common. Collective.
+/// Mean displacement of the owned particles of all ranks. Collective.
 Eigen::Vector3d SurfaceContact::mean_step(const Field& start, const Field& x) const {
   const PetscInt owned = surface_.particles().owned;
   Eigen::Vector3d sum = (x.values() - start.values()).leftCols(owned).rowwise().sum();
@@ -125,7 +125,7 @@ void SurfaceContact::start_from(const Field& start, Field& x, double h) {
   x.update_ghosts();
 }
 
-/// Looks for pairs from here on, for particles that are to move to given places. Collective.
+/// Searches for pairs at x, for particles that are to move to given places. Collective.
 void SurfaceContact::search(const Field& x, const Field& to) {
   const bool is_first = ++searches_ == 1;
   if (!is_first) {
@@ -175,7 +175,7 @@ void SurfaceContact::search(const Field& x, const Field& to) {
   curved_.clear();  // They were in another reach.
 }
 
-/// Gives the pairs that are known the room that is between them now. Collective.
+/// Measures the known pairs at x, which renews the room between their features. Collective.
 void SurfaceContact::measure_again(const Field& x) {
   room_used_ = std::max(room_used_, room_used(x));
   for (ContactPair& pair : near_) {
@@ -201,7 +201,7 @@ bool SurfaceContact::leaves_range(PetscInt i, const Field& x) const {
   return (moved < low_.vector(i).array()).any() || (moved > high_.vector(i).array()).any();
 }
 
-/// The pairs that press when the particles are at x. Leaves the places of the points in `places_`. Collective.
+/// The pairs that press when the particles are at x. Sets `places_`. Collective.
 const std::vector<SurfaceContact::Contact>& SurfaceContact::pressing(const Field& x) const {
   mesh_.write_points(x, places_);
   if (is_pressing_known_ && places_ == pressing_at_) {
@@ -342,7 +342,7 @@ bool SurfaceContact::limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matr
   return true;
 }
 
-/// Holds back drawn particles, and lattice points by the mean of what holds back their cells' corners. Collective.
+/// Shortens the steps of drawn particles, and those of lattice points by the mean of their cells' corners. Collective.
 /// @param shares of the owned particles' ways
 void SurfaceContact::shorten(const std::vector<double>& shares, Eigen::Ref<Eigen::Matrix3Xd> step) {
   Field& back = trial_;
@@ -369,7 +369,7 @@ double SurfaceContact::value(const Field& x) const {
   return sum + friction_energy();
 }
 
-/// On this rank, with the particles where `places_` has them [J].
+/// Energy of friction on this rank, with the particles at `places_` [J].
 double SurfaceContact::friction_energy() const {
   double sum = 0;
   for (std::size_t r = 0; r < rubbing_.size(); ++r) {
@@ -400,8 +400,7 @@ double SurfaceContact::add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& 
   return pressing + friction_energy();
 }
 
-/// Adds the derivative of the barriers' energy. Leaves the places of the points in `places_`. @returns that energy, on
-/// this rank [J]. Collective.
+/// Adds the derivative of the barriers' energy. Sets `places_`. @returns that energy, on this rank [J]. Collective.
 double SurfaceContact::add_pressing(const Field& x, Eigen::Matrix3Xd& gradient) const {
   double sum = 0;
   for (const Contact& contact : pressing(x)) {
@@ -412,7 +411,7 @@ double SurfaceContact::add_pressing(const Field& x, Eigen::Matrix3Xd& gradient) 
   return sum;
 }
 
-/// Adds the derivative of friction's, with the particles where `places_` has them.
+/// Adds the derivative of the energy of friction, with the particles at `places_`.
 void SurfaceContact::add_friction(Eigen::Matrix3Xd& gradient) const {
   for (std::size_t r = 0; r < rubbing_.size(); ++r) {
     const Eigen::Vector3d slip = slip_of(r);
@@ -439,8 +438,7 @@ std::vector<ContactWork> SurfaceContact::work(const Field& x) const {
   return works;
 }
 
-/// The largest share of its room that a pair has used, on this rank. Leaves the places of the points in `places_`.
-/// Collective.
+/// The largest share of its room that a pair has used, on this rank. Sets `places_`. Collective.
 double SurfaceContact::room_used(const Field& x) const {
   mesh_.write_points(x, places_);
   double largest = 0;
@@ -457,7 +455,7 @@ double SurfaceContact::room_used(const Field& x) const {
   return largest;
 }
 
-/// How far a contact with friction has slipped since the step's start, with the particles where `places_` has them [m].
+/// Slip of a contact with friction since the step's start, with the particles at `places_` [m].
 Eigen::Vector3d SurfaceContact::slip_of(std::size_t number) const {
   const Stencil& stencil = rubbing_stencils_[number];
   const Rubbing& rubbing = rubbing_[number];
@@ -490,7 +488,7 @@ void SurfaceContact::find_curved(const Field& x) {
   }
 }
 
-/// Number in the pattern, which gets a pair of particles in reach and its opposite if it does not have them.
+/// Number in the pattern of a pair of particles in reach, which is added with its opposite if it is missing.
 std::size_t SurfaceContact::number_of(PetscInt row, PetscInt column) {
   const PetscInt first = mesh_.reach().to_global(row);
   const PetscInt second = mesh_.reach().to_global(column);
@@ -504,7 +502,7 @@ std::size_t SurfaceContact::number_of(PetscInt row, PetscInt column) {
   return is_first ? known->second : known->second + 1;
 }
 
-/// Adds where in the pattern every two particles of a stencil are: those of the first with itself, of the second with
+/// Adds the numbers in the pattern of every two particles of a stencil: of the first with itself, of the second with
 /// the first, with itself, and so on.
 void SurfaceContact::add_places(const Stencil& stencil, std::vector<std::size_t>& places) {
   for (std::size_t k = 0; k < stencil.count; ++k) {
@@ -558,7 +556,7 @@ void SurfaceContact::add_hessian(const HessianBlocks& blocks) const {
   }
 }
 
-/// What the curvature of a gap adds to the second derivative.
+/// Adds the term of the curvature of a gap to the second derivative.
 void SurfaceContact::add_curvature(const Contact& contact, LowerBlocks& lower) const {
   const ContactPair& pair = *contact.pair;
   const Stencil& stencil = contact.stencil;
@@ -602,7 +600,7 @@ void SurfaceContact::note_load() {
 
 std::vector<double> SurfaceContact::load(std::size_t part) const {
   if (load_.empty()) {
-    return std::vector<double>(static_cast<std::size_t>(joined().owned(part)), 0);
+    return std::vector<double>(joined().owned(part), 0);
   }
   const auto first = load_.begin() + joined().first_owned(part);
   return {first, first + joined().owned(part)};
@@ -627,8 +625,7 @@ void SurfaceContact::correct(Field& before, Field& x, const std::vector<double>&
   go();
   Field mobility(mesh_.reach(), 1);  // 1/m, 0 of what is held
   for (PetscInt i = 0; i < owned; ++i) {
-    const auto particle = static_cast<std::size_t>(i);
-    mobility.data()[i] = held[particle] || mass[particle] == 0 ? 0 : 1 / mass[particle];
+    mobility.data()[i] = held[i] || mass[i] == 0 ? 0 : 1 / mass[i];
   }
   mobility.update_ghosts();
   Eigen::Matrix4Xd pushes = Eigen::Matrix4Xd::Zero(4, owned);  // sums, and how many

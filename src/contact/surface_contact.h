@@ -15,19 +15,19 @@
 namespace pellicle {
 inline namespace contact {
 
-/// How drawn surfaces touch.
+/// State of the contact between drawn surfaces, for output.
 struct ContactFigures {
   PetscInt contacts = 0;    ///< pairs of features that press on each other
-  double smallest_gap = 0;  ///< of these; the thickness if there are none [m]
+  double smallest_gap = 0;  ///< of the contacts; the thickness if there are none [m]
   double energy = 0;        ///< of the barriers [J]
-  int searches = 0;         ///< for pairs, in the last step
+  int searches = 0;         ///< searches for pairs in the last step
   double room_used = 0;     ///< largest share of the room between two features that was used, in the last step, up to 1
 };
 
 /// Work that contact does on a part in a step.
 struct ContactWork {
   double pressing = 0;  ///< [J]
-  double friction = 0;  ///< likewise; below 0 where it brakes
+  double friction = 0;  ///< below 0 where friction brakes [J]
 };
 
 /// Contact of drawn surfaces with themselves and with each other: a Barrier, cubic and steep at its end, of the
@@ -41,22 +41,22 @@ struct ContactWork {
 /// range, or where a pair has used up its room.
 ///
 /// Friction is mu N s(|u|), with the slip u since the step's start; the normal force N, the normal and the places of
-/// contact are those of the step's start, and s is smooth up to the slip of `slip_speed` in a step (SmoothSlip). See
-/// SlipTangent for its Hessian.
+/// contact are those of the step's start, and s is smooth up to the slip of `slip_speed` in a step (SmoothSlip). The
+/// Hessian of friction is that of SlipTangent.
 class SurfaceContact : public Potential {
  public:
-  /// The parts must outlive it. Its positions are those of JoinedLayout's whole; if there is one part, of that part.
-  /// Collective.
+  /// The parts must outlive this object. Positions are on the joined layout of the parts (JoinedLayout); if there is
+  /// one part, on its layout. Collective.
   /// @param is_free whether all particles may move alike because none is held
   SurfaceContact(const std::vector<ContactSurface::Part>& parts, const ContactOptions& options, bool is_free);
   SurfaceContact(const SurfaceContact&) = delete;  // Its mesh points to its surface.
   SurfaceContact& operator=(const SurfaceContact&) = delete;
 
-  /// With which a part's contact with itself presses from the next step on [Pa/m]. Not collective.
+  /// Sets the stiffness of a part's contact with itself from the next step on [Pa/m]. Not collective.
   void set_stiffness(double stiffness, std::size_t part = 0) { surface_.set_stiffness(part, stiffness); }
-  /// What there is of a part from the next step on. Not collective.
-  /// @param held local particles that stay or are led: what is beside them does not take them along
-  /// @param living which drawn triangles are still there; null: all
+  /// Sets which particles of a part are held and which triangles live from the next step on. Not collective.
+  /// @param held local particles that stay or whose motion is given
+  /// @param living drawn triangles that are living; null: all
   void set_surface(const std::vector<bool>& held, const std::vector<bool>* living, std::size_t part = 0);
   const JoinedLayout& joined() const { return surface_.joined(); }
 
@@ -70,39 +70,38 @@ class SurfaceContact : public Potential {
   double add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
   std::vector<VertexPair> pattern() const override { return pattern_; }
   PetscInt pattern_version() const override { return version_; }
-  /// The Hessian where Newton's method was at the last `move_on`. The positive one leaves out the curvature of gaps.
+  /// Takes the Hessian at the last `move_on` of Newton's method. The positive Hessian leaves out the curvature of gaps.
   void update_hessian(const Field& x, Curvature curvature) override;
   void set_positive_share(double share) override { positive_share_ = share; }
   void add_hessian(const HessianBlocks& blocks) const override;
 
-  /// Begins to move things apart by `correct`: looks for pairs.
-  /// @param x where they are to go @param begin all moved alike so that nothing passes through anything
+  /// Searches for the pairs that `correct` moves apart.
+  /// @param x intended positions @param begin set to the start, moved as a whole, so that nothing is passed through
   void prepare(const Field& start, const Field& x, double h, Field& begin);
-  /// Particles go where they are to go as far as there is room, and contacts push apart what presses, as compliant
-  /// constraints of stiffness 4 k where gaps are less than their thickness (one sweep, all pairs at once). Collective.
-  /// @param before positions when it was last called, or `begin`, ghosts up to date; set to the new positions
-  /// @param x likewise, ghosts up to date before and after @param mass of the local particles [kg]
-  /// @param held which of them stay where they are
+  /// Moves particles towards the intended positions as far as there is room, and pushes features apart whose gaps are
+  /// less than their thickness, as compliant constraints of stiffness 4 k (one sweep, all pairs at once). Collective.
+  /// @param before positions after the last call, at first `begin`, ghosts up to date; set to the new positions
+  /// @param x intended positions, set to the new ones, ghosts up to date @param mass of the local particles [kg]
+  /// @param held local particles that stay where they are
   void correct(Field& before, Field& x, const std::vector<double>& mass, const std::vector<bool>& held);
 
-  /// To be called at the end of a step. Collective.
+  /// Figures of contact at the end of a step. Collective.
   ContactFigures figures(const Field& x) const;
-  /// Whether features have touched in the step, which contact does not keep from passing through each other
-  /// (renew_contact_pairs), on any rank. Collective.
+  /// Whether features have touched in the step on any rank, so that contact may let them pass through each other
+  /// (renew_contact_pairs). Collective.
   bool anything_touched() const;
   /// Work on each part of the forces at the end of a step over the displacements of the step. Collective.
   std::vector<ContactWork> work(const Field& x) const;
-  /// How much there was to do with each of a part's owned particles in the last step: a half for each of the pairs that
-  /// its first search has found, of one particle of either feature; 0 on a single rank. Not collective.
+  /// Amount of work for each of a part's owned particles in the last step: each pair that the first search found counts
+  /// a half at one particle of either feature; 0 on a single rank. Not collective.
   std::vector<double> load(std::size_t part = 0) const;
-  /// Share of the thickness below which no pair begins to press, however often pairs are sought in a step: what starts
-  /// nearer touches.
+  /// Share of the thickness that is the least gap of a pair at a step's start: nearer features count as touching.
   static constexpr double least_gap = 1e-6;
   /// Gap at which two surfaces begin to press [m].
   double thickness() const { return thickness_; }
 
  private:
-  /// Particles, and weights with which they make up the vector between two features.
+  /// Particles and weights whose sum is the vector between two features.
   struct Stencil {
     std::array<PetscInt, 16> particles;  ///< in reach
     std::array<double, 16> weights;      ///< none of them 0
@@ -114,8 +113,8 @@ class SurfaceContact : public Potential {
   /// A pair that presses.
   struct Contact {
     const ContactPair* pair;
-    Stencil stencil;         ///< of the way between its nearest points
-    double gap;              ///< length of that way [m]
+    Stencil stencil;         ///< of the vector between the nearest points
+    double gap;              ///< length of that vector [m]
     Eigen::Vector3d normal;  ///< towards the first feature; 0 where there is no gap
   };
   /// A contact with friction in a step.
@@ -123,8 +122,8 @@ class SurfaceContact : public Potential {
     Stencil stencil;  ///< with global numbers
     Eigen::Vector3d normal;
     Eigen::Vector3d start;  ///< the weighted sum at the step's start [m]
-    double force = 0;       ///< the most that friction can be [N]
-    bool counts = false;    ///< on this rank, in a sum over all ranks
+    double force = 0;       ///< largest force of friction [N]
+    bool counts = false;    ///< whether this rank adds the contact to sums over all ranks
     SlipTangent tangent{};
   };
 
@@ -146,7 +145,7 @@ class SurfaceContact : public Potential {
   std::size_t number_of(PetscInt row, PetscInt column);
   void add_places(const Stencil& stencil, std::vector<std::size_t>& places);
   Stencil stencil(const ContactPair& pair, const std::array<double, 4>& weights) const;
-  /// Of a symmetric matrix of 3 x 3 blocks, those of each particle of a stencil with those up to it.
+  /// Lower triangle of a symmetric matrix of 3 x 3 blocks between the particles of a stencil.
   using LowerBlocks = std::array<Eigen::Matrix3d, 16 * 17 / 2>;
   void add_curvature(const Contact& contact, LowerBlocks& lower) const;
   bool counts(const ContactPair& pair) const;
@@ -155,7 +154,7 @@ class SurfaceContact : public Potential {
   ContactSurface surface_;
   ContactOptions options_;
   bool is_free_;
-  double thickness_ = 0;  ///< the largest [m]
+  double thickness_ = 0;  ///< the largest of all parts [m]
   ContactMesh mesh_;
   std::vector<bool> held_;           ///< of the local particles
   Field start_;                      ///< of the step
@@ -168,30 +167,30 @@ class SurfaceContact : public Potential {
   Field low_, high_;  ///< bounds of the displacements from there for which pairs are known, component by component
   Eigen::Matrix3Xd reference_;     ///< places of the mesh's points when distances were last measured [m]
   std::vector<ContactPair> near_;  ///< all pairs that were found
-  std::ptrdiff_t may_press_ = 0;   ///< so many of them, the first, may press
-  Field trial_;                    ///< where particles would be, or what takes them back from there
-  bool any_touched_ = false;       ///< see anything_touched, in the step, on this rank
-  bool any_held_ = false;          ///< a particle was held back since then, on any rank
-  std::vector<double> load_;       ///< of the owned particles, see `load`
+  std::ptrdiff_t may_press_ = 0;   ///< number of those that may press; they come first
+  Field trial_;                    ///< scratch: positions to be tried, or their correction
+  bool any_touched_ = false;       ///< whether features have touched in the step, on this rank
+  bool any_held_ = false;          ///< a particle was held back since the search, on any rank
+  std::vector<double> load_;       ///< of the owned particles, as `load` returns it
   int searches_ = 0;
-  double room_used_ = 0;  ///< see ContactFigures, before the last search, on this rank
+  double room_used_ = 0;  ///< ContactFigures::room_used before the last search, on this rank
 
-  // What presses where it was last asked for.
+  // The contacts at the positions for which they were last computed.
   mutable std::vector<Contact> pressing_;
   mutable Eigen::Matrix3Xd pressing_at_;  ///< places of the mesh's points
   mutable bool is_pressing_known_ = false;
 
-  // What presses at the present point of Newton's method.
+  // The contacts at the present iterate of Newton's method.
   std::vector<Contact> curved_;
-  std::vector<std::size_t> places_of_curved_;   ///< see add_places, one contact after the other
+  std::vector<std::size_t> places_of_curved_;   ///< from add_places, one contact after the other
   std::vector<std::size_t> places_of_rubbing_;  ///< of the stencils of the step's friction, one after the other
   Eigen::Matrix3Xd curved_at_;                  ///< places of the mesh's points for the exact Hessian
   double positive_share_ = 0;
   double kept_curvature_ = 0;  ///< share of the curvature of gaps in the second derivative
-  /// Two by two, (i, j) and (j, i). Earlier contacts stay in it, which costs less than a new pattern.
+  /// Pairs (i, j) and (j, i), one after the other. Pairs of past contacts stay, which costs less than a new pattern.
   std::vector<VertexPair> pattern_;
-  std::unordered_map<std::uint64_t, std::size_t> number_;  ///< there, by the global numbers of i < j
-  std::size_t told_ = 0;                                   ///< size of the pattern of this version
+  std::unordered_map<std::uint64_t, std::size_t> number_;  ///< in pattern_, by the global numbers of i < j
+  std::size_t told_ = 0;                                   ///< size of the pattern when it last got a version
   PetscInt version_ = 0;
   double h_ = 0;     ///< [s]
   SmoothSlip slip_;  ///< of the step

@@ -20,20 +20,20 @@ namespace {
 
 constexpr int most_sweeps = 1000;
 constexpr int most_sweeps_apart = 10;
-/// Of the mean side: how far points of triangles that touch move in a sweep.
+/// Displacement in a sweep of the points of triangles that touch, as a share of the mean side.
 constexpr double apart_of_side = 0.01;
-/// Of the mean side: how far a point moves in a sweep.
+/// Largest displacement of a point in a sweep, as a share of the mean side.
 constexpr double most_of_side = 0.1;
 /// Cosine of the angle between an edge and a triangle's normal: below it an edge lies along the triangle.
 constexpr double least_cosine = 0.1;
 
-/// An edge, and the third points of the triangles at it, of two at most.
+/// An edge, and the third points of its triangles, of which there are two at most.
 struct Edge {
   std::array<int, 2> ends{};
   std::array<int, 2> thirds{-1, -1};
 };
 
-/// @param of_triangles set to the edges for which each triangle stands, so that each edge comes once; -1: none
+/// @param of_triangles set to the edges that each triangle represents, so that each edge comes once; -1: none
 std::vector<Edge> edges_of(const std::vector<std::array<int, 3>>& triangles,
                            std::vector<std::array<int, 3>>& of_triangles) {
   std::map<std::array<int, 2>, int> numbers;
@@ -90,8 +90,8 @@ std::vector<std::pair<int, int>> find_cuts(const std::vector<Edge>& edges,
   return found;
 }
 
-/// Where an edge is to go, away from the triangle that it cuts through: sum over the triangles A at the edge of
-/// R - 2 (E.R)/(E.N) N, with the direction E of the edge, the direction R of the cut into A, and the normal N.
+/// Direction in which an edge leaves a triangle with the normal N that it cuts through: sum of R - 2 (E.R)/(E.N) N over
+/// the triangles A at the edge, with the direction E of the edge and the direction R of the cut into A.
 Eigen::Vector3d way_out(const Edge& edge, const std::array<int, 3>& triangle,
                         const std::vector<Eigen::Vector3d>& places) {
   const auto at = [&places](int point) { return places[point]; };
@@ -115,7 +115,7 @@ Eigen::Vector3d way_out(const Edge& edge, const std::array<int, 3>& triangle,
   return sum;
 }
 
-/// The edges of a mesh, and how they come out of the triangles that they cut through.
+/// The edges of a mesh, and the sweeps that move them out of triangles.
 class Edges {
  public:
   explicit Edges(const TangledMesh& mesh)
@@ -141,8 +141,7 @@ class Edges {
   const Edge& edge(int number) const { return edges_[number]; }
   double mean_side() const { return side_; }
 
-  /// Moves the particles until nothing cuts through anything. @returns the edges and triangles that still do after all
-  /// sweeps
+  /// Moves the particles until no edge cuts through a triangle. @returns the pairs that still do after all sweeps
   std::vector<std::pair<int, int>> shorten_cuts(TangledMesh& mesh) const {
     std::vector<Eigen::Vector3d> places = mesh.points();
     for (int sweep = 0;; ++sweep) {
@@ -187,10 +186,10 @@ class Edges {
   }
 
  private:
-  std::vector<std::array<int, 3>> of_triangles_;  ///< see edges_of
+  std::vector<std::array<int, 3>> of_triangles_;  ///< from edges_of
   std::vector<Edge> edges_;
   std::vector<std::vector<int>> neighbours_;  ///< of each particle
-  double side_ = 0;                           ///< the mean [m]
+  double side_ = 0;                           ///< mean length of the edges [m]
 };
 
 /// Moves triangles that touch apart. @param distance by which each of them moves [m] @returns whether there are any
@@ -239,7 +238,7 @@ bool part_touching(TangledMesh& mesh, double distance) {
 std::vector<std::size_t> pieces_of(const TangledMesh& mesh) {
   DisjointSets sets(mesh.particles.size());
   for (const std::array<int, 3>& triangle : mesh.triangles) {
-    const auto first = static_cast<std::size_t>(mesh.particles_of(triangle[0])[0]);
+    const std::size_t first = mesh.particles_of(triangle[0])[0];
     for (const int point : triangle) {
       for (const int i : mesh.particles_of(point)) {
         sets.unite(first, static_cast<std::size_t>(i));

@@ -39,7 +39,7 @@ BendingPotential::BendingPotential(const Sheet& sheet, const Weave& weave, const
 }
 
 void BendingPotential::make_rows() {
-  const auto owned = static_cast<std::size_t>(sheet_->particles.owned);
+  const std::size_t owned = sheet_->particles.owned;
   const std::vector<PetscInt>& points = stencils_.points();
   first_use_.assign(owned + 1, 0);
   for (std::size_t s = 0; s < stencils_.stencils().size(); ++s) {
@@ -49,7 +49,7 @@ void BendingPotential::make_rows() {
       continue;
     }
     for (std::size_t p = stencil.first; p < stencil.last; ++p) {
-      if (const auto i = static_cast<std::size_t>(points[p]); i < owned) {
+      if (const std::size_t i = points[p]; i < owned) {
         ++first_use_[i + 1];
       }
     }
@@ -60,7 +60,7 @@ void BendingPotential::make_rows() {
   for (std::size_t s = 0; s < stencils_.stencils().size(); ++s) {
     const Stencil& stencil = stencils_.stencils()[s];
     for (std::size_t p = stencil.first; p < stencil.last && !stencil.is_clamped; ++p) {
-      if (const auto i = static_cast<std::size_t>(points[p]); i < owned) {
+      if (const std::size_t i = points[p]; i < owned) {
         uses_[next[i]++] = {static_cast<PetscInt>(s), static_cast<PetscInt>(p - stencil.first)};
       }
     }
@@ -103,7 +103,7 @@ void BendingPotential::update_rows() {
   for (std::size_t i = 0; i + 1 < first_use_.size(); ++i) {
     const auto row = static_cast<PetscInt>(i);
     for (std::size_t u = first_use_[i]; u < first_use_[i + 1]; ++u) {
-      const auto s = static_cast<std::size_t>(uses_[u].stencil);
+      const std::size_t s = uses_[u].stencil;
       const Stencil& stencil = stencils_.stencils()[s];
       const Curvature3 weighted =
           rows_of_[s] * stencils_.weights()[stencil.first + static_cast<std::size_t>(uses_[u].point)];
@@ -113,7 +113,7 @@ void BendingPotential::update_rows() {
         }
       }
     }
-    for (auto k = static_cast<std::size_t>(rows_.offsets[i]); k < static_cast<std::size_t>(rows_.offsets[i + 1]); ++k) {
+    for (std::size_t k = rows_.offsets[i]; k < static_cast<std::size_t>(rows_.offsets[i + 1]); ++k) {
       rows_.entries[k] = std::exchange(sums_[rows_.columns[k]], 0);
     }
   }
@@ -141,7 +141,7 @@ void BendingPotential::begin_step(const Living& living, const Field& start, cons
       if (!stencils_.takes_part(p)) {
         continue;
       }
-      const auto i = static_cast<std::size_t>(stencils_.points()[p]);
+      const std::size_t i = stencils_.points()[p];
       const std::size_t layer = sheet_->is_lattice[i] ? 1 : 0;
       shrinkage[layer] += input.shrinkage[i];
       ++count[layer];
@@ -166,8 +166,8 @@ void BendingPotential::begin_step(const Living& living, const Field& start, cons
   rows_.along = is_damped() && (find_normals() || damping_ > weak_damping) ? damping_ : 0;
 }
 
-/// For each particle the mean normal of the dashpots that it takes part in. Collective. @returns whether these normals
-/// are much alike everywhere
+/// Sets the mean normal of the dashpots round each particle. Collective. @returns whether these normals are similar
+/// everywhere
 bool BendingPotential::find_normals() {
   const PetscInt owned = sheet_->particles.owned;
   Field& normals = rows_.normals;
@@ -344,8 +344,8 @@ std::vector<VertexPair> BendingPotential::pattern() const {
 void BendingPotential::add_hessian(const HessianBlocks& blocks) const {
   std::size_t pair = 0;
   for (PetscInt i = 0; i < sheet_->particles.owned; ++i) {
-    for (auto k = static_cast<std::size_t>(rows_.offsets[i]);
-         k < static_cast<std::size_t>(rows_.offsets[static_cast<std::size_t>(i) + 1]); ++k) {
+    for (std::size_t k = rows_.offsets[i]; k < static_cast<std::size_t>(rows_.offsets[static_cast<std::size_t>(i) + 1]);
+         ++k) {
       const Eigen::Matrix3d block = rows_.block(i, k);
       blocks.add(pair++, block);
       if (rows_.columns[k] != i) {

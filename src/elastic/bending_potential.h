@@ -14,29 +14,29 @@ inline namespace elastic {
 ///
 /// with the second derivatives B of the positions that BendingStencils measures, the normal n, and the curvature B*
 /// without moment. A sheet that bends without stretching has B along n, and r is its curvature less B*; where B* is 0
-/// the energy is quadratic in the positions and needs no normal, which a sharp fold does not have (Bergou and others,
-/// A quadratic bending model for inextensible surfaces, 2006). One of the principal curvatures is nearly 0 then, and
-/// Poisson's ratio plays no part beyond that in D. At a clamp the normal is fixed, and r is what lies along it.
+/// the energy is quadratic in the positions and needs no normal, which a sharp fold lacks (Bergou and others, A
+/// quadratic bending model for inextensible surfaces, 2006). One of the principal curvatures is then nearly 0, and
+/// Poisson's ratio enters by D alone. At a clamp the normal is fixed, and r is the part along it.
 ///
 /// Viscosity resists the change of B along the normal that the sheet had at the step's start,
 /// U = D (tau/h) |n . (B - B_start)|^2 / 2: neither a rotation of the sheet as a whole, nor B in the tangent plane,
 /// which strain changes, too.
 ///
 /// Both curvatures, the exact and the positive one, are the Hessian without the change of the normals: positive
-/// semi-definite, and exact where B* or r is 0. For viscosity it uses normals of the particles instead of the
-/// stencils', so that a number for each pair of particles and a normal for each particle suffice; it is exact where the
-/// sheet is flat. Where a sheet is folded sharply, weak viscosity is in the Hessian in all directions.
+/// semi-definite, and exact where B* or r is 0. For viscosity it uses normals of particles, not of stencils, so that a
+/// number for each pair of particles and a normal for each particle suffice; it is exact where the sheet is flat. In
+/// sharp folds weak viscosity is in the Hessian in all directions.
 class BendingPotential : public Potential {
  public:
-  /// The sheet must outlive it. @param clamped see BendingStencils
+  /// The sheet must outlive this object. @param clamped as for BendingStencils
   BendingPotential(const Sheet& sheet, const Weave& weave, const std::vector<bool>& clamped);
 
-  /// The state of the sheet without moments; of the owned particles and the ghosts that stencils reach.
+  /// Shrinkage and stiffness in a step, for the owned particles and the ghosts that stencils reach.
   struct Input {
     const std::vector<double>& shrinkage;  ///< length over undeformed length of each local particle
-    double layer_distance = 0;             ///< over which corners and lattice points shrink apart; 0: no curl [m]
+    double layer_distance = 0;             ///< between the layers of corners and lattice points; 0: no curl [m]
     std::array<double, 2> stiffness{};     ///< along warp and weft [N m]
-    const std::vector<double>& factor;     ///< on it, of each local particle
+    const std::vector<double>& factor;     ///< on the stiffness, of each local particle
     double damping_over_step = 0;          ///< viscosity over stiffness and length of the step
   };
 
@@ -55,7 +55,7 @@ class BendingPotential : public Potential {
 
   const BendingStencils& stencils() const { return stencils_; }
 
-  /// This rank's share of what a step's viscosity adds to the value, half of the work that it takes [J].
+  /// This rank's share of the viscous term in the value, half of the work against viscosity [J].
   double viscous_energy(const Field& x) const;
 
  private:
@@ -63,22 +63,21 @@ class BendingPotential : public Potential {
   using Stencil = BendingStencils::Stencil;
   using Positions = Eigen::Map<const Eigen::Matrix3Xd>;
 
-  /// The normal at a stencil, shorter than 1 where the sheet is folded sharply, and how it follows from the area
-  /// vector.
+  /// The normal at a stencil, shorter than 1 in a sharp fold, with the length by which the area vector was divided.
   struct Normal {
     Eigen::Vector3d direction;
-    double length = 1;  ///< of the area vector, kept from 0 [m^2]
+    double length = 1;  ///< of the area vector, bounded away from 0 [m^2]
   };
   Normal normal_at(std::size_t stencil, const Positions& x) const;
-  /// Of a stencil. @param bent, residual as `second_derivatives` and `residual` give them
+  /// Energy of a stencil. @param bent, residual from `second_derivatives` and `residual`
   double energy(std::size_t stencil, const Eigen::Matrix3d& bent, const Eigen::Matrix3d& residual) const;
   /// B by columns.
   Eigen::Matrix3d second_derivatives(const Stencil& stencil, const Positions& x) const;
-  /// r by columns. @param second_derivatives at x @param normal is set where it matters
+  /// r by columns. @param second_derivatives at x @param normal set if needs_normal
   Eigen::Matrix3d residual(std::size_t stencil, const Eigen::Matrix3d& second_derivatives, const Positions& x,
                            Normal& normal) const;
   bool needs_normal(std::size_t stencil) const;
-  /// Calls `take` with the blocks of the stencils that are clamped: with both particles and the block.
+  /// Calls `take` with both particles and the block, for all blocks of clamped stencils.
   template <class Take>
   void visit_clamped(const Take& take) const;
   bool is_damped() const { return damping_ > 0; }
@@ -102,15 +101,15 @@ class BendingPotential : public Potential {
   double damping_ = 0;                  ///< viscosity over stiffness and length of the step
   std::vector<int> number_of_normals_;  ///< of the dashpots round each owned particle
 
-  // The Hessian of the stencils that are not clamped. Its share along the normals is that of viscosity, or 0.
+  // The Hessian of the stencils that are not clamped; `along` is the share of viscosity, or 0.
   NumberRows rows_;
   struct Use {
     PetscInt stencil;
-    PetscInt point;  ///< of those of the stencil
+    PetscInt point;  ///< number among the stencil's points
   };
-  std::vector<Use> uses_;  ///< of each owned particle by the stencils that are not clamped
+  std::vector<Use> uses_;  ///< in stencils that are not clamped, particle by particle
   std::vector<std::size_t> first_use_;
-  std::vector<double> sums_;          ///< of the local particles, 0: of a row that is being made
+  std::vector<double> sums_;          ///< scratch for a row, of the local particles; 0 between rows
   std::vector<std::size_t> clamped_;  ///< stencils
   std::vector<Curvature3> rows_of_;   ///< the stiffness from which the entries were made
   std::size_t fits_of_rows_ = 0;      ///< BendingStencils::fits when the entries were made

@@ -12,8 +12,8 @@ inline namespace elastic {
 
 namespace {
 
-/// Singular values below this share of the largest are taken for zero: terms that the points do not determine are left
-/// out.
+/// Singular values below this share of the largest count as zero, so that terms that the points do not determine are
+/// left out.
 constexpr double negligible = 1e-6;
 
 /// Condition of the terms, each of unit length, up to which the points at an edge determine a surface. Square cells
@@ -22,7 +22,7 @@ constexpr double worst_determined = 25;
 
 using Terms = Eigen::Matrix<double, 5, Eigen::Dynamic>;
 
-/// Terms of a quadratic surface at a point of its undeformed tangent plane. @param is_clamped it keeps this plane
+/// Terms of a quadratic surface at a point of its undeformed tangent plane. @param is_clamped if this plane is fixed
 Eigen::Matrix<double, 5, 1> terms_at(const Eigen::Vector2d& point, bool is_clamped) {
   const double tilt = is_clamped ? 0 : 1;
   const double x = point.x();
@@ -56,11 +56,8 @@ Terms pseudo_inverse(const Terms& terms) {
 }  // namespace
 
 BendingStencils::BendingStencils(const Sheet& sheet, const Weave& weave, const std::vector<bool>& clamped)
-    : sheet_(&sheet),
-      warp_(weave.warp),
-      cell_area_(cell_areas(sheet)),
-      stencil_of_(static_cast<std::size_t>(sheet.particles.local()), -1) {
-  const auto particles = static_cast<std::size_t>(sheet.particles.local());
+    : sheet_(&sheet), warp_(weave.warp), cell_area_(cell_areas(sheet)), stencil_of_(sheet.particles.local(), -1) {
+  const std::size_t particles = sheet.particles.local();
   std::vector<bool> is_near(particles, false);  // itself or a neighbour is this rank's
   std::fill_n(is_near.begin(), sheet.particles.owned, true);
   for (const SpringSet& set : sheet.springs) {
@@ -119,7 +116,7 @@ void BendingStencils::end_stencil() {
 }
 
 void BendingStencils::add_lattice(PetscInt cell, const std::vector<PetscInt>& beyond) {
-  const auto c = static_cast<std::size_t>(cell);
+  const std::size_t c = cell;
   begin_stencil(sheet_->lattice[c]);
   for (std::size_t k = 0; k < 4; ++k) {
     add_point(sheet_->cells[c][k], {-1, -1});
@@ -191,7 +188,7 @@ bool BendingStencils::find_part(const Stencil& stencil, const Living& living, st
     }
     return is_whole;
   }
-  // Those of the cells that live: all round the corner, or one fan of them.
+  // Triangles of living cells: all round the corner, or one fan.
   const std::size_t cells = (stencil.last_triangle - stencil.first_triangle) / 2;
   std::size_t count = 0;
   std::size_t neighbours = 0;

@@ -12,18 +12,18 @@
 namespace pellicle {
 inline namespace elastic {
 
-/// Curvature of a sheet at its particles, by a quadratic surface through each and its neighbours along red, green and
-/// blue springs.
+/// Curvature of a sheet at its particles, from a quadratic surface through each particle and its neighbours along red,
+/// green and blue springs.
 ///
-/// In coordinates r of the undeformed tangent plane (warp, weft) the heights of the neighbours above the particle
-/// are fitted by g.r + r.B r / 2 with least squares. B is linear in the heights, B_k = sum_i w_ki n.(x_i - x_0), so
-/// that a tilt changes nothing and a quadratic surface is met exactly, on any mesh. Lattice points have such a stencil
-/// as long as the four triangles of their cell live. Corners have one of the cells round them of which both triangles
-/// live, if these are all or a fan of at least two that determines the surface: without those at edges and cracks a
-/// strip of a cell's width could fold back and forth for nothing. A corner at a clamped edge has one whose tangent
-/// plane stays as it is: only B is fitted to the heights.
+/// In coordinates r of the undeformed tangent plane (warp, weft) the heights of the neighbours above the particle are
+/// fitted by g.r + r.B r / 2 with least squares. B is linear in the heights, B_k = sum_i w_ki n.(x_i - x_0), so that a
+/// tilt changes nothing and a quadratic surface is fitted exactly, on any mesh. Lattice points have such a stencil as
+/// long as the four triangles of their cell live. A corner's stencil has the cells round it whose two triangles at the
+/// corner live, if these are all or a fan of at least two that determines the surface: without stencils at edges and
+/// cracks a strip of a cell's width could fold without energy. At a clamped edge the tangent plane is fixed, and only B
+/// is fitted.
 ///
-/// The object holds the stencils of this rank's particles, and those that reach them.
+/// The object holds the stencils of this rank's particles, and other stencils that contain these.
 class BendingStencils {
  public:
   /// B11, B12, B22.
@@ -31,21 +31,21 @@ class BendingStencils {
 
   struct Stencil {
     PetscInt centre = 0;    ///< local particle
-    std::size_t first = 0;  ///< of its points; the centre is the first
-    std::size_t last = 0;   ///< one past them
+    std::size_t first = 0;  ///< first point, the centre
+    std::size_t last = 0;   ///< one past the last point
     std::size_t first_triangle = 0;
     std::size_t last_triangle = 0;
-    bool is_clamped = false;               ///< the normal is that of the undeformed sheet, always
-    bool is_determined = true;             ///< whether its points determine the surface
-    double area = 0;                       ///< area that it stands for; 0: it is not used [m^2]
+    bool is_clamped = false;               ///< whether the normal stays that of the undeformed sheet
+    bool is_determined = true;             ///< whether the points determine the surface
+    double area = 0;                       ///< share of the sheet's area; 0: the stencil is not used [m^2]
     Curvature3 rest = Curvature3::Zero();  ///< B of the undeformed sheet [1/m]
   };
 
-  /// The sheet must outlive it.
+  /// The sheet must outlive the stencils.
   /// @param clamped local particles at which an edge keeps its tangent plane
   BendingStencils(const Sheet& sheet, const Weave& weave, const std::vector<bool>& clamped);
 
-  /// Removes stencils of what has died. Not collective.
+  /// Adapts the stencils to burnt triangles and cracks. Not collective.
   void update(const Living& living);
 
   const std::vector<Stencil>& stencils() const { return stencils_; }
@@ -53,9 +53,9 @@ class BendingStencils {
   const std::vector<PetscInt>& points() const { return points_; }
   /// w_k of each point; their sum over a stencil is 0 [1/m^2].
   const std::vector<Curvature3>& weights() const { return weights_; }
-  /// Whether a point of a stencil does: its weights are 0 if not.
+  /// Whether a point of a stencil takes part in the fit; its weights are 0 if not.
   bool takes_part(std::size_t point) const { return takes_part_[point]; }
-  /// Number of times that weights were found: they are the same as long as this number is.
+  /// Number of fits so far; weights do not change while this number does not.
   std::size_t fits() const { return fits_; }
   /// Calls `take` with the corners of each of the drawn triangles round a centre that give its normal.
   template <class Take>
@@ -84,9 +84,9 @@ class BendingStencils {
     return sum;
   }
 
-  /// What a point of a stencil depends on. Of a lattice point beside a cell or a corner: two triangles, of which both
-  /// must live, or -1; and beside a cell the side between them must not have cracked. Of a neighbour of a corner: the
-  /// numbers in the stencil of the one or two lattice points beside it, of which one must take part.
+  /// Condition for a point of a stencil to take part. For a lattice point beside a cell or a corner: two triangles,
+  /// both of which must live, or -1; beside a cell the side between them must not have cracked. For a neighbour of a
+  /// corner: the numbers in the stencil of the one or two lattice points beside it, one of which must take part.
   using Support = std::array<PetscInt, 2>;
 
   void add_lattice(PetscInt cell, const std::vector<PetscInt>& beyond);
@@ -105,8 +105,8 @@ class BendingStencils {
   std::vector<Curvature3> weights_;
   std::vector<Support> support_;
   std::vector<PetscInt> triangles_;   ///< numbers of the drawn triangles round the centres
-  std::vector<bool> counts_;          ///< of each of these, whether it does, since the last fit of its stencil
-  std::vector<bool> takes_part_;      ///< of each point, likewise
+  std::vector<bool> counts_;          ///< whether each of these triangles took part in the last fit
+  std::vector<bool> takes_part_;      ///< whether each point took part in the last fit
   std::vector<PetscInt> stencil_of_;  ///< of each local particle, -1: none
   std::vector<bool> living_before_;
   std::vector<bool> cracked_before_;

@@ -14,8 +14,8 @@ class OptionTable;
 }  // namespace base
 inline namespace elastic {
 
-/// Stiffness of a sheet as a material. What is not given follows from Young's modulus, Poisson's ratio and the physical
-/// thickness, if these are given, and has its default otherwise (stiffness_of).
+/// Stiffness of a sheet as a material. Values that are not given follow from Young's modulus, Poisson's ratio and the
+/// physical thickness, or else have defaults (stiffness_of).
 struct SheetMaterial {
   std::optional<double> tensile_stiffness;  ///< of a strip along the warp, force per width and strain [N/m]
   std::optional<double> shear_stiffness;    ///< [N/m]
@@ -46,11 +46,11 @@ struct Stiffness {
 /// @throws Error when a modulus is given without a thickness or the other way round, or the warp has no direction
 Stiffness stiffness_of(const SheetMaterial& options);
 
-/// How the step of an elastic sheet is brought into balance.
+/// Options of the balance of an elastic sheet in a step.
 struct ElasticOptions : NewtonOptions {
   ElasticOptions() {
     solver_prefix = "elastic_";
-    max_iterations = 50;  // and again where a strain limit needs another try
+    max_iterations = 50;  // and again if a strain limit needs another round
     snes_rtol = 1e-2;
     ksp_rtol = 1e-2;
     mat_type = TangentMatrix::shell;
@@ -59,17 +59,17 @@ struct ElasticOptions : NewtonOptions {
     far = FarTangent::positive;
   }
 
-  double usual_h = 2e-3;  ///< length of most steps, by which the preconditioner is chosen [s]
+  double usual_h = 2e-3;  ///< usual length of a step, by which the preconditioner is chosen [s]
   /// Limit on the strain of the net's springs at the end of a step; the deck's `project.strain_limit`.
   std::optional<double> strain_limit;
 };
 
 void describe(OptionTable& table, ElasticOptions& options);
-/// Those of them that are also for the contact of a sheet of other dynamics.
+/// Declares the options that also act on the contact of sheets of other dynamics.
 void describe_balance(OptionTable& table, ElasticOptions& options);
 
-/// The mass-spring sheet with which projection is compared (burning paper, section 8), and how its step is brought into
-/// balance.
+/// The mass-spring sheet with which projection is compared (burning paper, section 8), and options of its balance in a
+/// step.
 struct SpringOptions : NewtonOptions {
   SpringOptions() {
     solver_prefix = "spring_";
@@ -82,8 +82,8 @@ struct SpringOptions : NewtonOptions {
 
   double stiffness = 100;  ///< k of every spring [N/m]
   double damping = 0;      ///< c/k of the dashpot beside every spring [s]
-  /// Update at which Newton's method ends, over the mean spring length: it leaves forces of the square of that, over k
-  /// times this length.
+  /// Update at which Newton's method ends, over the mean spring length; the remaining forces are about its square times
+  /// k times this length.
   double newton_tolerance = 1e-4;
 };
 

@@ -11,20 +11,20 @@
 namespace pellicle {
 inline namespace elastic {
 
-/// The part of a step of a sheet as a material: a SpringSheet whose springs have the material's tensile and shear
-/// stiffness (SheetSprings), and which resists bending, with viscosity relative to the step's start.
+/// StepPart of a sheet as a material: a SpringSheet with the material's tensile and shear stiffness (SheetSprings),
+/// bending stiffness, and viscosity relative to the step's start.
 ///
-/// With a strain limit (StrainLimit) its energy is continued smoothly beyond a share of the limit, and balanced again
-/// with a larger share, until no spring is beyond that share, where the energy is the exact one. So a step may start
+/// The energy of a strain limit (StrainLimit) is continued smoothly beyond a share of the limit; the step is balanced
+/// again with larger shares until no spring is beyond the share, so that the energy is exact. So a step may start
 /// beyond the limit.
 ///
-/// Its springs shrink with the mean of its layers; the difference between the layers bends it.
+/// The springs shrink with the mean of both layers; the difference between the layers bends the sheet.
 class ElasticSheet : public SpringSheet {
  public:
-  /// The sheet must outlive it. Collective.
-  /// @param layer_distance see BendingPotential @param factors of the material's textures
-  /// @param pinned local particles that are never to move @param clamped those of the pinned at which an edge keeps its
-  /// direction @param others what else acts on the particles' positions; must outlive it
+  /// The sheet must outlive this object. Collective.
+  /// @param layer_distance as in BendingPotential::Input @param factors of the material's textures
+  /// @param pinned local particles that never move @param clamped pinned particles at which an edge keeps its direction
+  /// @param others further potentials of the particles' positions; must outlive this object
   ElasticSheet(const Sheet& sheet, const SheetMaterial& material, double layer_distance, const MaterialFactors& factors,
                const std::vector<bool>& pinned, const std::vector<bool>& clamped, const ElasticOptions& options,
                const std::vector<Potential*>& others = {});

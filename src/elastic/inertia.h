@@ -7,14 +7,14 @@
 namespace pellicle {
 inline namespace elastic {
 
-/// Masses that are drawn to where they would be without forces, U = sum_i m_i |x_i - x~_i|^2 / (2 h^2). Nothing here
-/// communicates.
+/// Inertia as a potential, U = sum_i m_i |x_i - x~_i|^2 / (2 h^2), with the positions x~ without forces. No
+/// communication.
 class Inertia : public Potential {
  public:
-  /// The layout must outlive it.
+  /// The layout must outlive this object.
   explicit Inertia(const Layout& vertices);
 
-  /// Of the step to come. @param free x~ [m] @param mass of an owned vertex by its number, a function [kg] @param h [s]
+  /// Sets the data of a step. @param free x~ [m] @param mass function of an owned vertex's number [kg] @param h [s]
   template <class Mass>
   void set(const Field& free, const Mass& mass, double h) {
     free_ = free.values().leftCols(free_.cols());

@@ -70,7 +70,7 @@ void MassPart::move_to(const Field& position, const Eigen::VectorXd& /*own*/) {
   }
 }
 
-/// A removed particle feels its inertia alone.
+/// A removed particle has no forces but inertia.
 double MassPart::value() {
   sum_.evaluate(potentials_, projectors_, position_, surface_.particles.owned);
   return sum_over_ranks(surface_.comm(), sum_.value());

@@ -13,26 +13,26 @@
 namespace pellicle {
 inline namespace elastic {
 
-/// The data of a step of a MassPart, besides the positions x~ to which the masses would go without forces.
+/// The data of a step of a MassPart, besides the positions x~ of the masses without forces.
 struct MassInput {
   const std::vector<double>& mass;  ///< of the local particles, 0 where one has been removed [kg]
-  const std::vector<bool>& held;    ///< local particles that are not to move
+  const std::vector<bool>& held;    ///< local particles that do not move
   const Field& start;               ///< positions at the beginning of the step, which must outlive the step [m]
   double h = 0;                     ///< [s]
 };
 
-/// Masses, drawn to where they would be without forces, and what else acts on their positions:
+/// StepPart of masses with inertia and further potentials U of their positions:
 ///
 ///     sum_i m_i |x_i - x~_i|^2 / (2 h^2) + U(x).
 ///
-/// By itself it is a sheet that has been projected, so that x~ is where it holds together, and that touches itself or
-/// other objects: contact moves it from there.
+/// By itself it is a projected sheet with contact: x~ are the projected positions, and U is the contact with itself or
+/// other objects.
 class MassPart : public StepPart {
  public:
-  /// The surface must outlive it. Collective.
-  /// @param pinned local particles that are never to move @param tolerance see StepPart
-  /// @param usual_h of most steps, for the scale of forces [s] @param others what acts on the particles' positions;
-  /// must outlive it
+  /// The surface must outlive this object. Collective.
+  /// @param pinned local particles that never move @param tolerance StepPart::tolerance
+  /// @param usual_h usual length of a step, for the scale of forces [s] @param others potentials U; must outlive this
+  /// object
   MassPart(const Surface& surface, const std::vector<bool>& pinned, double tolerance, double usual_h,
            const std::vector<Potential*>& others);
   MassPart(const MassPart&) = delete;  // Its potential points to it.
@@ -59,13 +59,13 @@ class MassPart : public StepPart {
   double tolerance() const override { return tolerance_; }
   double length_scale() const override { return place_; }
   double force_scale() const override { return force_scale_; }
-  /// Of inertia, however short the step is.
+  /// Rounding of inertia, which is large in short steps.
   double rounding() const override { return rounding_of(mean_mass_ / (h_ * h_)); }
 
  protected:
-  /// Sets what inertia is in the step to come. Not collective.
+  /// Sets the inertia of a step. Not collective.
   void set_masses(const Field& positions, const MassInput& input);
-  /// Norm of forces that is rounding of positions alone. @param stiffness mean of the particles' [N/m]
+  /// Norm of the forces that follow from rounding of positions. @param stiffness mean over the particles [N/m]
   double rounding_of(double stiffness) const;
 
   const Surface& surface_;
@@ -81,7 +81,7 @@ class MassPart : public StepPart {
   Field position_;
 
  private:
-  std::vector<bool> held_;  ///< see MassInput
+  std::vector<bool> held_;  ///< MassInput::held
   PotentialSum sum_;        ///< of the potentials at the present position
 };
 

@@ -16,7 +16,7 @@ double factor_at(const std::vector<double>& factors, const std::array<PetscInt, 
   return factors.empty() ? 1 : (factors[ends[0]] + factors[ends[1]]) / 2;
 }
 
-/// What gives the stiffness of an evenly strained net.
+/// Elastic moduli of an evenly strained net.
 struct NetStiffness {
   std::array<double, 2> normal{};  ///< C11 and C22 [N/m]
   double shear = 0;                ///< G [N/m]

@@ -10,14 +10,14 @@
 namespace pellicle {
 inline namespace elastic {
 
-/// Properties of the particles of a sheet that concern its stiffness; ghosts included.
+/// Factors of the particles on the stiffness of a sheet, ghosts included.
 struct MaterialFactors {
-  std::vector<double> tensile;  ///< on the stiffness, or empty for 1
+  std::vector<double> tensile;  ///< on the tensile stiffness, or empty for 1
   std::vector<double> shear;
   std::vector<double> bending;
 };
 
-/// Of each side of each local cell, 4 cell + side, the drawn triangle beyond it; -1: none is there.
+/// The drawn triangle beyond each side of each local cell, at 4 cell + side; -1: none.
 std::vector<PetscInt> sides_beyond(const Sheet& sheet);
 
 /// Undeformed areas of the local cells [m^2].
@@ -32,7 +32,7 @@ struct Weave {
 /// @param warp_direction need not be a unit vector or lie in the surface
 Weave weave_of(const Sheet& sheet, const Eigen::Vector3d& warp_direction);
 
-/// Stiffness of each local spring by colour [N/m], so that the net has the tensile and shear stiffness asked for.
+/// Stiffness of each local spring by colour [N/m], so that the net has given tensile and shear stiffness.
 ///
 /// With the lattice points between their corners the springs are a centred rectangular net: blue and green ones along
 /// the sides, red ones along the diagonals of the cells. Strained evenly, it has per area the energy
@@ -41,26 +41,26 @@ Weave weave_of(const Sheet& sheet, const Eigen::Vector3d& warp_direction);
 ///
 /// so C12 = C66 = G, the shear stiffness (Cauchy's relation), and the tensile stiffnesses are C11 - G^2/C22 and C22 -
 /// G^2/C11. A blue or green spring has the area of the drawn triangles at its side, a red one half of its triangles'.
-/// At an edge, or a crack, no green spring crosses: its share goes to the blue springs beside it. Yellow springs have
-/// no stiffness in whole cells, where they would resist a fold along the other diagonal; in a cell that has lost a part
-/// they hold the corners that nothing else holds.
+/// No green spring crosses an edge or a crack: its share goes to the blue springs beside it. Yellow springs have no
+/// stiffness in whole cells, where they would resist a fold along the other diagonal; in a damaged cell they hold
+/// corners without other springs.
 ///
-/// Living springs have the stiffness of their living triangles, dead ones none. Those of other ranks that end at no
-/// particle of this one have none.
+/// Living springs have the stiffness of their living triangles. Dead springs, and those of other ranks that end at no
+/// particle of this rank, have none.
 class SheetSprings {
  public:
-  /// The sheet must outlive it.
+  /// The sheet must outlive this object.
   SheetSprings(const Sheet& sheet, const Stiffness& stiffness, const Weave& weave, const MaterialFactors& factors);
 
-  /// Largest ratio of the stiffness along a side to that asked for: 1, or more where cells are so much longer than wide
-  /// that the diagonals alone are stiffer. Of this rank's springs.
+  /// Largest ratio, over this rank's springs, of the stiffness along a side to the given one: 1, or more where the
+  /// diagonals of long cells alone are stiffer.
   double largest_excess() const { return largest_excess_; }
 
-  /// Of the local springs by colour [N/m]. Not collective.
+  /// Stiffness of the local springs by colour [N/m]. Not collective.
   const std::array<std::vector<double>, 4>& stiffness(const Living& living);
 
  private:
-  /// Of a spring: its stiffness for an area of one [N/m^3].
+  /// Stiffness of each spring over its area [N/m^3].
   std::array<std::vector<double>, 4> per_area_;
   const Sheet* sheet_;
   std::vector<double> cell_area_;  ///< of the local cells [m^2]

@@ -16,13 +16,13 @@ inline namespace elastic {
 
 namespace {
 
-/// What is kept of a spring, in sets by colour.
+/// Entry of a spring in data by colour and number.
 template <class Spring, class Sets>
 decltype(auto) of(const Spring& spring, Sets& sets) {
   return sets[static_cast<std::size_t>(spring.colour)][spring.number];
 }
 
-/// Shares beyond which the energy of a limit is continued (StrainLimit::exact_to), one after the other.
+/// Successive values of StrainLimit::exact_to.
 constexpr std::array exact_shares{0.5, 0.8, 0.95, 0.99};
 
 }  // namespace

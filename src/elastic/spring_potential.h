@@ -12,12 +12,12 @@ namespace pellicle {
 inline namespace elastic {
 
 /// The springs of a sheet by Hooke's law, U = sum_s k_s (|x_a - x_b| - L_s)^2 / 2; those of the net may have a strain
-/// limit. Nothing here communicates.
+/// limit. No communication, unless stated otherwise.
 ///
-/// The positive curvature leaves out what a compressed spring adds at right angles to its direction, which is negative.
+/// The positive curvature leaves out the negative term of compressed springs across their direction.
 class SpringPotential : public Potential {
  public:
-  /// The sheet must outlive it. Springs of other ranks that end at no particle of this one are left out.
+  /// The sheet must outlive this object. Springs of other ranks that end at no particle of this rank are left out.
   explicit SpringPotential(const Sheet& sheet);
 
   /// A dashpot beside a spring, in a step: c (d - s)^2 / 2 with the length s at the step's start.
@@ -30,7 +30,7 @@ class SpringPotential : public Potential {
     double length;     ///< without force [m]
     Dashpot dashpot{};
   };
-  /// @tparam Of a function that gives the law of a spring, by its colour and its number among the local ones
+  /// Sets the springs' laws. @tparam Of function of a spring's colour and local number that returns its law
   template <class Of>
   void set(const Of& of) {
     dashpots_.clear();
@@ -42,25 +42,24 @@ class SpringPotential : public Potential {
       dashpots_.push_back(law.dashpot);
     }
   }
-  /// This rank's share of what a step's viscosity adds to the value, half of the work that it takes [J].
+  /// This rank's share of the viscous term in the value, half of the work against viscosity [J].
   double viscous_energy(const Field& x) const;
   /// This rank's share of the energy of the springs without viscosity [J].
   double elastic_energy(const Field& x) const;
 
-  /// Sets the limit that keeps the living springs of the net (blue and green) below a strain from now on; nothing: no
-  /// limit.
-  /// @param target_length of the local springs by colour, from which strain is measured [m]
-  /// @param lives of the local springs by colour
+  /// Sets the strain limit of the living springs of the net (blue and green) from now on; none: no limit.
+  /// @param target_length length of the local springs by colour, from which strain is measured [m]
+  /// @param lives whether local springs live, by colour
   void set_limit(const std::optional<StrainLimit>& limit, const std::array<std::vector<double>, 4>& target_length,
                  const std::array<std::vector<bool>, 4>& lives);
 
   /// Chooses the share beyond which the limit's energy is continued (StrainLimit::exact_to), by the strain at the
-  /// step's start, near which it most often ends.
+  /// step's start, which is usually near that at its end.
   void start_from(const Field& start, Field& x, double h) override;
-  /// Chooses a larger one where springs have gone beyond it.
+  /// Chooses a larger share if springs have gone beyond the present one.
   bool renew(const Field& x) override;
 
-  /// The largest StrainLimit::share of all ranks' springs; 0 where none has a limit. Collective.
+  /// The largest StrainLimit::share of all ranks' springs; 0 if none has a limit. Collective.
   double largest_share(const Field& x) const;
 
   /// Forces of the owned springs by colour, positive where they pull [N].
@@ -81,11 +80,11 @@ class SpringPotential : public Potential {
   struct Spring {
     PetscInt a;
     PetscInt b;
-    PetscInt number;  ///< in its colour's set
+    PetscInt number;  ///< among the local springs of its colour
     Colour colour;
     double stiffness;  ///< of a spring and its dashpot [N/m]
-    double length;     ///< without force of both [m]
-    double target;     ///< of the limit; 0: the spring has none
+    double length;     ///< of spring and dashpot without force [m]
+    double target;     ///< target length of the limit; 0: no limit [m]
     bool acts() const { return stiffness != 0 || target != 0; }
   };
   bool is_owned(const Spring& spring) const { return spring.number < sheet_->of(spring.colour).owned(); }
@@ -97,7 +96,7 @@ class SpringPotential : public Potential {
   std::optional<StrainLimit> limit_;
   double positive_share_ = 0;
   std::vector<Spring> springs_;          ///< sorted by a, the smaller end, then b
-  std::vector<Dashpot> dashpots_;        ///< of each of them
+  std::vector<Dashpot> dashpots_;        ///< of each spring
   std::vector<DifferenceTerm> hessian_;  ///< of the springs that act, in order
 };
 

@@ -12,10 +12,10 @@ inline namespace elastic {
 
 namespace {
 
-/// Stiffness over inertia above which solves with rigid patches cost less than with the diagonal's blocks alone.
+/// Stiffness over inertia above which solves with rigid patches are faster than with the diagonal's blocks alone.
 constexpr double worth_patches = 600;
 
-/// Of all springs of the undeformed sheet [m]. Collective.
+/// Mean length of all springs of the undeformed sheet [m]. Collective.
 double mean_length(const Sheet& sheet) {
   std::array<double, 2> length_and_count{};
   for (const SpringSet& set : sheet.springs) {
@@ -109,16 +109,16 @@ double SpringSheet::rounding() const {
   return std::max(negligible_force_, rounding_of(rest_stiffness_ + mean_mass_ / (h_ * h_)));
 }
 
-std::array<std::vector<bool>, 4> SpringSheet::bearing_springs(const Living& living) {
-  std::array<std::vector<bool>, 4> bears;
+const std::array<std::vector<bool>, 4>& SpringSheet::bearing_springs(const Living& living) {
   const std::array<std::vector<double>, 4>& stiffness = this->stiffness(living);
   for (const Colour colour : all_colours) {
     const auto index = static_cast<std::size_t>(colour);
+    bears_[index].resize(sheet_.of(colour).owned());
     for (PetscInt s = 0; s < sheet_.of(colour).owned(); ++s) {
-      bears[index].push_back(stiffness[index][s] > 0);
+      bears_[index][s] = stiffness[index][s] > 0;
     }
   }
-  return bears;
+  return bears_;
 }
 
 double SpringSheet::elastic_energy(const Field& positions) const {

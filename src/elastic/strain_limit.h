@@ -7,11 +7,11 @@ inline namespace elastic {
 ///
 ///     U = K l^2 w^2 B(u),  B(u) = u^3 / (1 - u)^2,  u = (|d/l - 1| - e_0) / w,  w = e_max - e_0
 ///
-/// with the length l without force and the stiffness K. It is 0 up to the strain e_0 = 0.8 e_max, twice continuously
+/// with the length l without force and a stiffness K. It is 0 up to the strain e_0 = 0.8 e_max, twice continuously
 /// differentiable, convex, and grows without bound towards the limit. Shortening is limited only if e_max < 1.
 ///
 /// Beyond a share u of `exact_to`, B is continued by its Taylor polynomial of second order: Newton's method can then
-/// start beyond the limit. Whether the limit is kept has to be checked.
+/// start beyond the limit, and the result has to be checked against it.
 struct StrainLimit {
   static constexpr double begins = 0.8;  ///< e_0 / e_max
 

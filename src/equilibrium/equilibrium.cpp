@@ -37,8 +37,8 @@ Equilibrium::Equilibrium(std::vector<CoupledMotion> objects, const ContactOption
   share_gas();
 }
 
-/// Makes one gas of what is in the chambers of linked objects. Where only one of them is left its links lead to the
-/// ambient air.
+/// Joins the gas in the chambers of linked objects. If only one of them is in the balance its links lead to the ambient
+/// air.
 void Equilibrium::share_gas() {
   std::vector<StepGas::Part> filled;
   std::vector<std::size_t> part_of;  // place in `balanced_`; of those that are not balanced anything
@@ -122,7 +122,7 @@ EquilibriumResult Equilibrium::solve(double h) {
   return result;
 }
 
-/// Of the objects that have a part.
+/// Brings the objects that have a part into balance.
 ImplicitResult Equilibrium::balance(double h) {
   if (solver_ == nullptr) {
     return {};
@@ -142,7 +142,7 @@ ImplicitResult Equilibrium::balance(double h) {
   return solver_->advance(h);
 }
 
-/// In words, what has passed through something in the balance because it touched at the start; empty: nothing has.
+/// Message about surfaces that have passed through each other because they touched at the start, or empty.
 std::string Equilibrium::crossed() const {
   if (contact_ == nullptr || !contact_->anything_touched()) {
     return "";

@@ -73,19 +73,18 @@ GasFilledPart::GasFilledPart(StepPart& part, const Chambers& chambers, const Gas
   potentials_.push_back(&stiffness_);
 }
 
-void GasFilledPart::begin_step(const std::vector<double>& pressure, double time, double h) {
+void GasFilledPart::begin_step(const Eigen::VectorXd& pressure, double time, double h) {
   time_ = time;
   h_ = h;
   gas_->begin_step(time);
-  const Eigen::Map<const Eigen::VectorXd> all(pressure.data(), static_cast<Eigen::Index>(pressure.size()));
-  gas_->set_multiplier(number_, all(prescribed()));
+  gas_->set_multiplier(number_, pressure(prescribed()));
   gas_->balance(number_, *this);
 }
 
-std::vector<double> GasFilledPart::pressures() {
-  std::vector<double> pressures;
-  for (const GasState& gas : gas_->states(number_)) {
-    pressures.push_back(gas.pressure);
+Eigen::VectorXd GasFilledPart::pressures() {
+  Eigen::VectorXd pressures(chambers_.count());
+  for (int chamber = 0; chamber < chambers_.count(); ++chamber) {
+    pressures[chamber] = gas_->states(number_)[chamber].pressure;
   }
   return pressures;
 }

@@ -44,13 +44,12 @@ class GasFilledPart : public StepPart, public GasFilled {
 
   /// After the part and its chambers have begun theirs. @param pressure of all chambers, where the multipliers start
   /// [Pa] @param time at the end [s] @param h length of the step [s]
-  void begin_step(const std::vector<double>& pressure, double time, double h);
+  void begin_step(const Eigen::VectorXd& pressure, double time, double h);
   /// Pressures across the walls where the part is [Pa]. Collective.
-  std::vector<double> pressures();
+  Eigen::VectorXd pressures();
   /// Of the gas on the owned vertices where the part is (3 x owned) [N]. Collective.
   Eigen::Matrix3Xd pressure_forces() { return -gas_->gradient(number_); }
-  /// What has come into its chambers at the end of the step, at positions `end`. Collective.
-  GasExchange end_gas(const Field& end) { return gas_->end_step(number_, end, time_, h_); }
+  GasExchange end_gas(const Field& end) override { return gas_->end_step(number_, end, time_, h_); }
 
   StepGas::Part gas_part() const override {
     return {"", &chambers_, &gas_step_, &start_, &part_.position(), tangent_, part_.force_scale()};

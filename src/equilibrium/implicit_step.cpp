@@ -18,58 +18,56 @@ inline namespace equilibrium {
 
 namespace {
 
-/// Steps by which a tangent that is not positive definite is moved to the positive one, until it is; 1 is the whole
-/// way.
+/// Share by which an indefinite tangent is moved towards the positive one at a time; 1 is the positive one.
 constexpr double share_step = 0.125;
 
-/// Ratios of the objective's fall in a Newton step to the fall that the tangent promised: below the first the step was
-/// too long, above the second the next one may be longer.
+/// Ratios of the objective's fall in a Newton step to the predicted fall: below the first the step was too long, above
+/// the second the next one may be longer.
 constexpr double poor_ratio = 0.25;
 constexpr double good_ratio = 0.9;
 
-/// Iterations of a linear solve before the tangent is factorised instead, which costs what some 250 do
+/// Iterations of a linear solve before the tangent is factorised instead, at the cost of some 250
 /// (docs/performance.md).
 constexpr int most_linear_iterations = 100;
 
-/// Number of vertices beyond which a factor takes too much memory to be made without being asked for.
+/// Number of vertices beyond which a factor takes too much memory, unless the user asks for it.
 constexpr PetscInt most_vertices_to_factorise = 200000;
 
-/// Where the tangent is not positive definite, the objective may rise to the largest of this number of its last values,
-/// by at most so many times the fall that the tangent in its place promises.
+/// If the tangent is not positive definite, the objective may rise to the largest of this number of its last values, by
+/// at most this multiple of the predicted fall.
 constexpr std::size_t most_last_values = 8;
 constexpr double most_rise = 16;
 
 /// Rounding of forces over their scale.
 constexpr double rounding_of_forces = 20 * std::numeric_limits<double>::epsilon();
 
-/// Forces over their scale that move nothing by more than this share of its size.
+/// Negligible forces over their scale: they displace nothing by more than this share of its size.
 constexpr double negligible = 1e-6;
 
-/// Coarsest tolerances let conjugate gradients do with one reduction an iteration, which rounds more.
+/// Tolerance from which on conjugate gradients use one reduction an iteration, which rounds more.
 constexpr double largest_rtol_of_single_reductions = 1e-2;
 
-/// Share of the forces that is left, from which on Newton's method is quadratic: further away the exact tangent of a
-/// sheet is seldom positive definite, or no better. With much contact a smaller share, in the wind a larger one saves a
-/// little.
+/// Residual over forces below which Newton's method is quadratic: above, the exact tangent of a sheet is seldom
+/// positive definite, or no better. With much contact a smaller share, in the wind a larger one saves a little.
 constexpr double error_near_end = 0.1;
 
-/// Tolerance below which the exact tangent saves iterations then: with fewer digits to go the method ends before.
+/// Tolerance below which the exact tangent then saves iterations: at coarser ones the method ends before.
 constexpr double worth_exact = 1e-2;
 
-/// Largest relative tolerance that SNES is given.
+/// Largest relative tolerance for SNES.
 constexpr double largest_rtol = 0.5;
 
 /// Most steps until iterations are tried again.
 constexpr int most_steps_to_factorise = 8;
 
-/// Whether the tangent may be factorised where iterations fail: not if the user has chosen how to iterate.
+/// Whether the tangent may be factorised if iterations fail: not if the user has chosen the solver.
 bool may_factorise(const NewtonOptions& options, PetscInt vertices) {
   return options.factor == TangentFactorisation::automatic &&
          !any_is_given(options.solver_prefix, {"pc_type", "ksp_type", "ksp_max_it"}) &&
          options.mat_type != TangentMatrix::shell && vertices <= most_vertices_to_factorise;
 }
 
-/// Whether Newton's method has ended where another energy may let it go on: also where it has failed.
+/// Whether Newton's method may go on with a renewed energy: also after some failures.
 bool may_go_on(const NewtonResult& newton) {
   return newton.ended > 0 || newton.ended == SNES_DIVERGED_MAX_IT || newton.ended == SNES_DIVERGED_LINE_SEARCH;
 }
@@ -98,7 +96,7 @@ ImplicitStep::ImplicitStep(StepObjective& objective, const NewtonOptions& option
       system_(objective.tangent().matrix(), objective.columns(), options.solver_prefix,
               solver_defaults(options_, objective.suits_patches(), may_factorise_)),
       patches_(RigidPatches::of(system_.solver(), objective.tangent(), objective.triangles(), options.patch_size)) {
-  // SNES takes less than 1. What a part asks for is its own tolerance, to which residuals are scaled.
+  // SNES needs a tolerance below 1. A part's own tolerance is used in the scaling of residuals.
   options_.snes_rtol = std::min(options_.snes_rtol, largest_rtol);
   KSPType type = nullptr;
   PC pc = nullptr;
@@ -128,8 +126,8 @@ ImplicitStep::ImplicitStep(StepObjective& objective, const NewtonOptions& option
   if (objective.inverts()) {
     before_.emplace(objective.vertices(), 3);
   }
-  // Rounding of positions alone leaves some 3 to 4 epsilon times this. It does not become smaller with the elements,
-  // since their stiffness does not either. Steps of a balloon at rest end here.
+  // Rounding of positions leaves some 3 to 4 epsilon times this. It does not decrease with the elements' size, as their
+  // stiffness does not. Steps of a balloon at rest end here.
   const double vertices = static_cast<double>(objective.vertices().global);
   rounding_ = rounding_of_forces * objective_.force_scale() * std::sqrt(vertices);
   NewtonDefaults defaults;
@@ -211,7 +209,7 @@ ImplicitResult ImplicitStep::advance(double h) {
   return result;
 }
 
-/// Residual where SNES has ended; SNES took this for an end, and here it is checked.
+/// Checks the residual at which SNES has ended.
 void ImplicitStep::judge(const NewtonResult& newton, ImplicitResult& result) {
   objective_.move_to(unknowns_);
   objective_.compute_residual(newton_->residual());  // SNES need not have computed it: with ksponly it has not.
@@ -308,7 +306,7 @@ void ImplicitStep::update_jacobian() {
   }
 }
 
-/// A preconditioner that is made from an assembled positive tangent serves others, too.
+/// A preconditioner from an assembled positive tangent is suitable for other tangents, too.
 PetscBool ImplicitStep::reuses_preconditioner(const NewtonRequest& request) {
   if (options_.far != FarTangent::positive || options_.mat_type == TangentMatrix::shell || patches_ || is_direct_) {
     return request.reuses_preconditioner;
@@ -320,8 +318,8 @@ PetscBool ImplicitStep::reuses_preconditioner(const NewtonRequest& request) {
   return PETSC_FALSE;
 }
 
-/// The positive share (set_tangent) with which an iteration begins: the last one's, less where the objective fell as
-/// the tangent promised, more where it did not.
+/// The positive share (set_tangent) at the start of an iteration: the last one's, reduced if the objective fell as the
+/// tangent predicted, otherwise increased.
 double ImplicitStep::next_share() {
   if (options_.far == FarTangent::positive) {
     const bool may_be_exact = exact_serves_ && options_.snes_rtol < worth_exact;
@@ -338,7 +336,7 @@ double ImplicitStep::next_share() {
   return last_ratio_ > good_ratio ? std::max(share_ - 2 * share_step, 0.0) : share_;
 }
 
-/// At the beginning of a step: use iterations, unless they have failed recently.
+/// Chooses iterations at the beginning of a step, unless they have failed recently.
 void ImplicitStep::choose_solver() {
   if (steps_left_ == 0 && may_factorise_ && !is_factorised_) {
     steps_to_factorise_ = 0;  // they were sufficient for the whole of the last step
@@ -359,7 +357,7 @@ void ImplicitStep::factorise() {
   system_.use(factor_->solver());
 }
 
-/// The step of Newton's method, J y = r, with J or a positive definite tangent in its place (see the class).
+/// Solves J y = r for Newton's step, with J or a positive definite tangent in its place.
 LinearResult ImplicitStep::solve(Vec right_hand_side, Vec solution) {
   int iterations = 0;
   LinearResult result;
@@ -373,7 +371,7 @@ LinearResult ImplicitStep::solve(Vec right_hand_side, Vec solution) {
   attempt();
   if (result.solved == Solved::bad_preconditioner && positive_ == nullptr && !system_.solves_sparse_alone() &&
       options_.mat_type != TangentMatrix::shell) {
-    // It was made from the tangent without the gas's part, which need not be positive definite where the whole is.
+    // It was made from the tangent without the gas, which may be indefinite even if the whole is positive definite.
     check(MatDuplicate(system_.sparse(), MAT_SHARE_NONZERO_PATTERN, positive_.create()));
     system_.precondition_from(positive_);
     update_jacobian();
@@ -391,7 +389,7 @@ LinearResult ImplicitStep::solve(Vec right_hand_side, Vec solution) {
   return result;
 }
 
-/// With the present tangent; where iterations fail, it is factorised from here on, if that is allowed.
+/// Solves with the present tangent; if iterations fail, it is factorised from now on, if that is allowed.
 LinearResult ImplicitStep::solve_or_factorise(Vec right_hand_side, Vec solution) {
   LinearResult result = solve_once(right_hand_side, solution);
   const bool has_failed = result.solved == Solved::no || result.solved == Solved::bad_preconditioner;
@@ -406,7 +404,7 @@ LinearResult ImplicitStep::solve_or_factorise(Vec right_hand_side, Vec solution)
   return result;
 }
 
-/// 0: the exact tangent; 1: the positive one.
+/// Updates the tangent. @param positive_share 0: the exact tangent; 1: the positive one
 void ImplicitStep::set_tangent(double positive_share) {
   if (positive_share == 1) {
     objective_.update_tangent(Curvature::positive, system_);
@@ -431,7 +429,7 @@ LinearResult ImplicitStep::solve_once(Vec right_hand_side, Vec solution) {
   if (path_) {
     return path_->solve(right_hand_side, solution);
   }
-  // Forces that rounding leaves, or that need no answer, need none of the linear solver either.
+  // The linear solver need not resolve forces that are rounding or negligible.
   const LinearNeed need{largest_unjudged_rtol, std::max(rounding_, objective_.rounding())};
   LinearResult result = system_.solve(right_hand_side, solution, &need);
   double curvature = 0;  // y.A y
@@ -443,8 +441,8 @@ LinearResult ImplicitStep::solve_once(Vec right_hand_side, Vec solution) {
 }
 
 /// Shortens Newton's step until no element turns over in it and the potential falls; with prescribed volumes the
-/// potential plus what the multipliers contribute for the volumes' errors. In a step in time an element may turn by any
-/// angle, as a fold of a slack wall does, but no iteration turns one by more than a right angle.
+/// potential includes the multipliers' terms for the volumes' errors. In a step in time an element may turn by any
+/// angle, as in a fold of a slack wall, but in no iteration by more than a right angle.
 std::optional<double> ImplicitStep::search(const NewtonStep& step) {
   objective_.move_to(step.position);
   if (before_) {
@@ -497,7 +495,7 @@ std::optional<double> ImplicitStep::search(const NewtonStep& step) {
   };
   std::optional<double> length = backtrack(std::cref(merit), before, slope, rounding);
   if (!length && options_.far == FarTangent::positive && share_ < 1) {
-    // The exact tangent need not be positive definite, which some solvers do not notice.
+    // The exact tangent may be indefinite, which some solvers do not detect.
     exact_serves_ = false;
     share_ = 1;
     objective_.move_to(step.position);

@@ -17,19 +17,19 @@
 namespace pellicle {
 inline namespace equilibrium {
 
-/// How an implicit step went.
+/// Result of an implicit step.
 struct ImplicitResult {
   bool converged = true;
-  std::string reason;  ///< of a failure, in words
+  std::string reason;  ///< message of a failure
   int newton_iterations = 0;
   int linear_iterations = 0;
-  bool is_factorised = false;    ///< from some Newton iteration on
+  bool is_factorised = false;    ///< whether the tangent was factorised from some Newton iteration on
   int concave_iterations = 0;    ///< Newton iterations in which the tangent was not positive definite
   double residual = 0;           ///< norm of the sum of all forces at the end [N]
   double relative_residual = 0;  ///< over StepObjective::residual_scale, such as the largest norm of a kind of force
-  double over_tolerance = 0;     ///< residual over what is allowed; more than 1 only where rounding leaves more
-  /// Whether the relative residual is more than NewtonOptions::snes_rtol, with newton: fixed residual_tolerance, and
-  /// there are forces: more than the rounding of a surface at rest, at the origin, is left.
+  double over_tolerance = 0;     ///< residual over the allowed one; above 1 only by rounding
+  /// Whether the relative residual is above NewtonOptions::snes_rtol (with newton: fixed above residual_tolerance), and
+  /// the residual is above the rounding of a surface at rest at the origin.
   bool is_above_tolerance = false;
 };
 
@@ -48,28 +48,28 @@ struct ImplicitResult {
 /// this count again.
 ///
 /// Where the tangent is not positive definite, the objective has no minimum near and may have several further away. The
-/// linear solver finds this out: the factor has negative pivots, or conjugate gradients meet a direction of negative
-/// curvature, or the solution is one. What the solver has reached by then depends on preconditioner, ranks and
-/// rounding, and is not used: the iteration is solved again with a tangent moved towards one that is positive definite
-/// by construction (Curvature::positive), in eighths until it is. So the steps are the same everywhere. The next
-/// iteration begins with that share of the way, less two eighths where the objective fell as the tangent promised, and
-/// one more where it did not, as a trust region grows and shrinks (Nocedal and Wright, Numerical Optimization, 2006,
-/// section 4.1): few solves are in vain, and near a minimum the tangent is exact. The less the tangent is changed, the
-/// faster a step leaves a saddle point.
+/// linear solver detects this: the factor has negative pivots, or conjugate gradients meet a direction of negative
+/// curvature, or the solution is one. The solver's result then depends on preconditioner, ranks and rounding, and is
+/// not used: the iteration is solved again with the tangent moved towards one that is positive definite by construction
+/// (Curvature::positive), in eighths until it is. So the steps do not depend on the machine. The next iteration begins
+/// with that share, less two eighths if the objective fell as the tangent predicted, and one more if it did not, as a
+/// trust region grows and shrinks (Nocedal and Wright, Numerical Optimization, 2006, section 4.1): few solves are
+/// repeated, and near a minimum the tangent is exact. The less the tangent is changed, the faster a step leaves a
+/// saddle point.
 ///
 /// Chambers of prescribed volume add their pressures as unknowns: a bordered system. So does the loads' time by arc
 /// length: such a step is not a minimum, and its search only requires that no element turns over.
 class ImplicitStep {
  public:
-  /// Collective. @param objective must outlive it
+  /// Collective. @param objective must outlive this object
   /// @throws Error on solver options that PETSc does not know
   ImplicitStep(StepObjective& objective, const NewtonOptions& options);
 
-  /// Moves the objective to the end of the step of length h [s] that its parts have begun; to where Newton's method
-  /// gave up when the result has not converged. Collective.
+  /// Moves the objective to the end of the step of length h [s] that its parts have begun, or to Newton's last iterate
+  /// if the result has not converged. Collective.
   ImplicitResult advance(double h);
 
-  /// Describes its solver, such as "cg, mg with rigid patches".
+  /// Description of the linear solver, such as "cg, mg with rigid patches".
   const std::string& solver_words() const { return solver_words_; }
 
  private:
@@ -89,28 +89,28 @@ class ImplicitStep {
   NewtonOptions options_;
   StepObjective& objective_;
   StepPart* along_;              ///< the part that follows arc length, or null
-  std::optional<Field> before_;  ///< positions at which Newton's iteration in progress began, if elements can turn over
-  bool may_factorise_;           ///< the tangent, where iterations fail
-  MatHandle positive_;           ///< a positive tangent for the preconditioner, once that of the exact one has failed
+  std::optional<Field> before_;  ///< start of the present Newton iteration, if elements can turn over
+  bool may_factorise_;           ///< whether the tangent may be factorised if iterations fail
+  MatHandle positive_;           ///< a positive tangent for the preconditioner, after that of the exact one has failed
   LowRankSystem system_;         ///< of the positions
-  std::unique_ptr<RigidPatches> patches_;  ///< of its preconditioner, if it is multigrid
+  std::unique_ptr<RigidPatches> patches_;  ///< of the preconditioner, if it is multigrid
   std::string solver_words_;
-  bool is_factorised_ = false;              ///< the tangent is, in the step in progress
-  int steps_to_factorise_ = 0;              ///< without trying iterations, in a row
-  int steps_left_ = 0;                      ///< of them
-  std::optional<TangentFactor> factor_;     ///< once it has been needed
+  bool is_factorised_ = false;              ///< whether the tangent is factorised in the present step
+  int steps_to_factorise_ = 0;              ///< steps in a row without trying iterations
+  int steps_left_ = 0;                      ///< remaining steps without trying iterations
+  std::optional<TangentFactor> factor_;     ///< after it has been needed
   std::optional<BorderedSystem> bordered_;  ///< of positions and pressures, if a volume is prescribed
   std::optional<LoadBorder> path_;          ///< of positions and the loads' time, if by arc length
-  double linear_rtol_ = 0;                  ///< of the solve in progress
-  double rounding_ = 0;                     ///< norm of a residual that is rounding alone [N]
-  bool is_direct_ = false;                  ///< the linear solver makes no iterations
-  PreconditionerLag lag_;                   ///< of a preconditioner without patches, see FarTangent::positive
-  bool has_new_pattern_ = false;            ///< the tangent since the last linear solve
-  int concave_iterations_ = 0;              ///< of the step in progress
-  bool exact_serves_ = true;                ///< near the end of the step in progress, see FarTangent::positive
-  double share_ = 0;                        ///< by which the present tangent is moved to the positive one
-  double last_ratio_ = 1;                   ///< fall of the objective in the last iteration / promised one
-  std::vector<double> last_values_;         ///< of the objective, where the last Newton iterations began [J]
+  double linear_rtol_ = 0;                  ///< of the present solve
+  double rounding_ = 0;                     ///< norm up to which a residual is rounding [N]
+  bool is_direct_ = false;                  ///< whether the linear solver has no iterations
+  PreconditionerLag lag_;                   ///< of a preconditioner without patches, for FarTangent::positive
+  bool has_new_pattern_ = false;            ///< whether the tangent's pattern is new since the last linear solve
+  int concave_iterations_ = 0;              ///< of the present step
+  bool exact_serves_ = true;                ///< near the step's end, for FarTangent::positive
+  double share_ = 0;                        ///< by which the present tangent is moved towards the positive one
+  double last_ratio_ = 1;                   ///< fall of the objective in the last iteration over the predicted one
+  std::vector<double> last_values_;         ///< of the objective at the start of the last Newton iterations [J]
   VecHandle unknowns_;
   std::optional<Newton> newton_;
 };

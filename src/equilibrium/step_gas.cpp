@@ -14,7 +14,7 @@ inline namespace equilibrium {
 
 namespace {
 
-/// Share of dV/dx dV/dx^T dp/dV that a tangent takes: the paper's 1/27 is a third of the exact 1/9 (eq. 16).
+/// Share of dV/dx dV/dx^T dp/dV in a tangent: the paper's 1/27 is a third of the exact 1/9 (eq. 16).
 double rank_one_share(GasTangent gas_tangent) { return gas_tangent == GasTangent::paper ? 1.0 / 3 : 1.0; }
 
 /// Gauss's rule: places in (0, 1) and weights.
@@ -87,7 +87,7 @@ const Eigen::VectorXd& StepGas::walls(std::size_t part) {
   return walls_[part];
 }
 
-/// The gas of all parts where they are. Collective.
+/// The gas of all parts at their present positions. Collective.
 void StepGas::evaluate() {
   if (is_evaluated_) {
     return;
@@ -252,8 +252,8 @@ double StepGas::bordering_stiffness(const Own& own, int chamber) const {
   return 10 * (pressure + own.force_scale / std::pow(volume, 2.0 / 3)) / volume;
 }
 
-/// What is there of the walls of some chambers sweeps, straight from x^n to `end`, without what closes their holes; 0
-/// of other chambers [m^3]. By Simpson's rule, which is exact, since dW/dx is a square of the positions. Collective.
+/// Volume that walls of some chambers, without the caps of holes, sweep straight from x^n to `end`; 0 of other chambers
+/// [m^3]. By Simpson's rule, which is exact, since dW/dx is a square of the positions. Collective.
 Eigen::VectorXd StepGas::swept_by_rest(Own& own, const Field& end, bool (Chambers::*is_one)(int) const) {
   Eigen::VectorXd swept = Eigen::VectorXd::Zero(own.chambers->count());
   bool has_one = false;
@@ -291,7 +291,7 @@ Eigen::VectorXd StepGas::swept_by_caps(Own& own, const Field& end, const Eigen::
   return caps;
 }
 
-/// Whether all parts that are brought into balance have taken a tangent in this step.
+/// Whether all parts in the balance have taken a tangent in this step.
 bool StepGas::has_tangent() const {
   bool has_begun = of_tangent_.size() == parts_.size();
   for (std::size_t part = 0; has_begun && part < parts_.size(); ++part) {
@@ -300,7 +300,7 @@ bool StepGas::has_tangent() const {
   return has_begun;
 }
 
-/// The gas of all parts where their walls enclose these volumes.
+/// The gas of all parts for given volumes within their walls.
 std::vector<std::vector<GasState>> StepGas::states_at(FlowingGas::Walls walls) const {
   walls = flow_.moved_walls(std::move(walls), responses_, time_);
   const GasNetwork::End end = flow_.solve(flow_.network_step(walls, time_));
@@ -311,15 +311,15 @@ std::vector<std::vector<GasState>> StepGas::states_at(FlowingGas::Walls walls) c
   return states;
 }
 
-/// Adds a weight times the power of the joined gas of a part. @param rates of the W of its chambers
+/// Adds a weight times the power of the joined gas of a part. @param rates of W of the part's chambers
 void StepGas::add_work(Own& own, const std::vector<GasState>& states, const Eigen::VectorXd& rates, double weight) {
   for (const int chamber : own.chambers->joined()) {
     own.work += weight * states[chamber].pressure * rates[chamber];
   }
 }
 
-/// Work of joined gas of all parts from where the tangent was last taken: along a straight line from all W to all
-/// others, or where walls have holes, on whose caps no pressure acts, from all positions to all others. Collective.
+/// Work of joined gas of all parts since the last tangent: along a straight line of all W, or for walls with holes, on
+/// whose caps no pressure acts, of all positions. Collective.
 void StepGas::find_work() {
   if (has_work_) {
     return;

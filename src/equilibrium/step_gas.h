@@ -143,6 +143,8 @@ class GasFilled {
   virtual StepGas::Part gas_part() const = 0;
   /// From here on its gas is this part's of a gas that it shares with others.
   virtual void share_gas(std::shared_ptr<StepGas> gas, std::size_t part) = 0;
+  /// What has come into its chambers at the end of the step in progress, at positions `end`. Collective.
+  virtual GasExchange end_gas(const Field& end) = 0;
 };
 
 }  // namespace equilibrium

@@ -18,7 +18,7 @@ namespace {
 
 /// Options of a step. A step in time that ends when it has converged uses the exact tangent near its end, since
 /// Newton's method converges slowly without it, and changes a tangent that is not positive definite as little as
-/// necessary. By arc length the whole tangent determines where the path goes.
+/// necessary. By arc length the path follows from the whole tangent.
 PrismOptions options_of_step(PrismOptions options, const TimeIntegrator& integrator) {
   if (integrator.is_static()) {
     options.inertia = false;
@@ -116,7 +116,7 @@ StepWork StepPotential::work(const Field& end, const Field& start_velocity) {
                              pressing.cwiseProduct(moved).sum(),
                              loads_ != nullptr ? work_of(*loads_, end) : 0,
                              model_.bodies != nullptr ? work_of(*model_.bodies, end) : 0};
-  // What moves pins does the work that no other force does on the vertices that they hold.
+  // The work on held vertices that no other force does is done by the pins.
   const std::vector<bool>& pinned = model_.pins.pinned();
   bool leads = false;
   for (PetscInt i = 0; i < owned(); ++i) {
@@ -148,22 +148,21 @@ void StepPotential::begin_step(const Field& position, const Eigen::VectorXd& pre
     for (PetscInt i = 0; i < position_.values().cols(); ++i) {
       position_.vector(i) = start_.vector(i) + share * (projectors[i] * integrator_.predicted(h_, start.motion(i)));
     }
-    lead_held();
+    move_held();
   };
   start_from(1);
   for (PetscInt i = 0; i < position_.values().cols(); ++i) {
-    const auto vertex = static_cast<std::size_t>(i);
     const Kinematics motion = start.motion(i);
-    unaccelerated_.col(i) = start_.vector(i) + projectors[vertex] * integrator_.unaccelerated(h_, motion);
-    still_.col(i) = start_.vector(i) + projectors[vertex] * integrator_.still(h_, motion);
-    if (model_.pins.pinned()[vertex] && !integrator_.is_static()) {  // They move evenly, whatever their velocity was.
+    unaccelerated_.col(i) = start_.vector(i) + projectors[i] * integrator_.unaccelerated(h_, motion);
+    still_.col(i) = start_.vector(i) + projectors[i] * integrator_.still(h_, motion);
+    if (model_.pins.pinned()[i] && !integrator_.is_static()) {  // They move evenly, whatever their velocity was.
       unaccelerated_.col(i) = position_.vector(i);
       still_.col(i) =
           position_.vector(i) - (position_.vector(i) - start_.vector(i)) / (rate() * integrator_.share() * h_);
     }
   }
   const auto begin_here = [&] {
-    keep_clear();
+    stop_at_contact();
     damping_.begin_step(integrator_.is_second_order() ? position_ : start_, start.thickness_ratio, still_, rate());
     sum_.forget();
   };
@@ -186,8 +185,8 @@ void StepPotential::begin_step(const Field& position, const Eigen::VectorXd& pre
   gas_->balance(part_, *this);
 }
 
-/// Where Newton's method begins nothing has passed through anything. Collective.
-void StepPotential::keep_clear() {
+/// Moves the first iterate back so that nothing has passed through anything. Collective.
+void StepPotential::stop_at_contact() {
   const Eigen::Matrix3Xd before = position_.values();
   for (Potential* potential : potentials_) {
     potential->start_from(start_, position_, h_);
@@ -200,13 +199,13 @@ void StepPotential::keep_clear() {
 
 bool StepPotential::leaves_held_behind() {
   const Eigen::Matrix3Xd here = position_.values();
-  lead_held();
+  move_held();
   const bool leaves = on_any_rank(comm(), here != position_.values());
   position_.values() = here;
   return leaves;
 }
 
-/// The potential of a step. @param share of the step at which forces are in balance
+/// Sets the data of a step. @param share of the step at which forces are in balance
 void StepPotential::set_step(const Field& position, const StepStart& start, double share) {
   sum_.forget();
   h_ = start.h;
@@ -226,7 +225,7 @@ void StepPotential::set_step(const Field& position, const StepStart& start, doub
   }
 }
 
-/// The loads by arc length, at their present time.
+/// Sets the loads to their present time by arc length.
 void StepPotential::set_load_time() {
   sum_.forget();
   model_.loads.set_time(time_);
@@ -236,8 +235,8 @@ void StepPotential::set_load_time() {
   }
 }
 
-/// Puts held vertices where they are when forces are in balance: on a straight way to the end of the step.
-void StepPotential::lead_held() {
+/// Moves held vertices to their places at the balance, on a straight way to the end of the step.
+void StepPotential::move_held() {
   model_.pins.impose(position_, time_end_);
   for (PetscInt i = 0; integrator_.share() != 1 && i < position_.values().cols(); ++i) {
     if (model_.pins.pinned()[i]) {
@@ -246,7 +245,7 @@ void StepPotential::lead_held() {
   }
 }
 
-/// The step begins where the last one ended; Newton's first iteration follows the tangent of the path. Collective.
+/// Begins a step along the path; Newton's first iteration follows the tangent of the path. Collective.
 void StepPotential::begin_path(const StepStart& start) {
   path_length_ = *integrator_.arc_length() * h_;
   time_end_ = start.time;
@@ -269,7 +268,7 @@ void StepPotential::begin_path(const StepStart& start) {
   set_unit_length(direction_);
 }
 
-/// Where it is not 0 everywhere. Collective.
+/// Scales a direction to the root mean square 1, unless it is 0. Collective.
 void StepPotential::set_unit_length(Field& direction) const {
   double square = 0;
   for (PetscInt i = 0; i < owned(); ++i) {
@@ -288,7 +287,7 @@ void StepPotential::write_direction(const Field& position, Field& direction) con
   set_unit_length(direction);
 }
 
-/// How far x is along the path. Collective.
+/// Distance of x along the path. Collective.
 double StepPotential::along_path() const {
   double sum = 0;
   for (PetscInt i = 0; i < owned(); ++i) {
@@ -305,7 +304,7 @@ Eigen::VectorXd StepPotential::load_rate() {
     time_ = at;
     time_end_ = at;
     set_load_time();
-    lead_held();
+    move_held();
   };
   set_time(time + step);
   const Eigen::Matrix3Xd later = gradient();
@@ -334,7 +333,7 @@ Eigen::Matrix3Xd StepPotential::acceleration(const Field& position, const StepSt
   set_step(position, start, 0);
   position_.values() = position.values();
   unaccelerated_ = position_.values();
-  // At a moment nothing flows, and what its chambers are linked to does not count.
+  // At a moment no gas flows, and links of chambers have no effect.
   const auto shared = std::exchange(gas_, std::make_shared<StepGas>(std::vector<StepGas::Part>{gas_part()}));
   const std::size_t part = std::exchange(part_, 0);
   gas_->begin_step(time_);
@@ -365,7 +364,7 @@ void StepPotential::move_to(const Field& position, const Eigen::VectorXd& own) {
     time_ = own[0];
     time_end_ = time_;
     set_load_time();
-    lead_held();
+    move_held();
   } else {
     gas_->set_multiplier(part_, own.cwiseProduct(pressure_scales()));
   }
@@ -375,7 +374,7 @@ double StepPotential::inverted(const Field& from, const Field& to) const {
   return sum_over_ranks(comm(), static_cast<double>(model_.elements.inverted(from, to)));
 }
 
-/// Of Pi at x by the owned vertices, where they may move. Collective.
+/// Gradient of Pi at x by the owned vertices, in the directions in which they may move. Collective.
 const Eigen::Matrix3Xd& StepPotential::gradient() {
   evaluate();
   Eigen::Matrix3Xd of_gas = gas_->gradient(part_);

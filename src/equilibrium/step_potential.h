@@ -22,29 +22,29 @@
 namespace pellicle {
 inline namespace equilibrium {
 
-/// What a balloon consists of and what acts on it; all must outlive the holder.
+/// The data of a balloon and of the forces on it; all must outlive the holder.
 struct BalloonModel {
   const PrismElements& elements;
   const Chambers& chambers;
-  const GasStep& gas_step;  ///< data of their gas, which may change between calls
+  const GasStep& gas_step;  ///< data of the chambers' gas, which may change between calls
   const Constraints& constraints;
   const Pins& pins;
   PointLoads& loads;
   const std::vector<double>& mass;  ///< of the owned vertices [kg]
   Eigen::Vector3d gravity;          ///< [m/s^2]
   GasTangent gas_tangent;
-  std::vector<Potential*> others{};  ///< of its vertices' positions; what else acts on them
-  BodyContact* bodies = nullptr;     ///< that press on it; null: there are none
+  std::vector<Potential*> others{};  ///< further potentials of the vertices' positions
+  BodyContact* bodies = nullptr;     ///< that press on the balloon; null: none
 };
 
-/// What an implicit step starts from.
+/// Start of an implicit step.
 struct StepStart {
   const Field& velocity;                       ///< v^n [m/s], ghosts up to date
   const std::vector<double>& thickness_ratio;  ///< of the local elements
-  double time = 0;                             ///< t^n, by arc length that of the loads [s]
+  double time = 0;                             ///< t^n; by arc length the loads' time [s]
   double h = 0;                                ///< [s]
   const Field* acceleration = nullptr;         ///< a^n [m/s^2], ghosts up to date; null: 0
-  const Field* direction = nullptr;            ///< by arc length: of the path, see StepPotential::write_direction
+  const Field* direction = nullptr;            ///< by arc length: of the path, from StepPotential::write_direction
 
   Kinematics motion(PetscInt i) const {
     return {velocity.vector(i),
@@ -52,7 +52,7 @@ struct StepStart {
   }
 };
 
-/// Work of what acts on a wall over the displacements of a step, of all ranks [J].
+/// Work of the forces on a wall over the displacements of a step, of all ranks [J].
 struct StepWork {
   double gravity = 0;
   double damping = 0;
@@ -62,24 +62,23 @@ struct StepWork {
   double bodies = 0;
 };
 
-/// What an implicit step of a balloon makes stationary (balloon paper, eq. 18 to 23), its gradient and its second
-/// derivative:
+/// StepPart of a balloon: the potential that an implicit step makes stationary (balloon paper, eq. 18 to 23), with
+/// gradient and second derivative,
 ///
 ///     Pi(x) = k/2 sum_i m_i |x_i - x_a,i|^2 + c/2 (x - x_v).C (x - x_v) + U(x) + W(V(x)) - sum_i m_i g.x_i + loads,
 ///
-/// where x is what TimeIntegrator calls y, and k, c, x_a and x_v are its; of implicit Euler 1/h^2, 1/h, x^n + h v^n and
-/// x^n, and x is x^{n+1}. C = mass_damping M + stiffness_damping K has K at x^n, or with an integrator of second order
-/// at the predicted x. U is the elastic energy, W the gas's potential; without inertia the first term is left out. Eq.
-/// 23 divided by h^2 is the gradient for implicit Euler.
+/// where x is TimeIntegrator's y, and k, c, x_a and x_v are defined there; for implicit Euler they are 1/h^2, 1/h, x^n
+/// + h v^n and x^n, and x is x^{n+1}. C = mass_damping M + stiffness_damping K has K at x^n, or with an integrator of
+/// second order at the predicted x. U is the elastic energy, W the gas's potential; without inertia the first term is
+/// left out. Eq. 23 divided by h^2 is the gradient for implicit Euler.
 ///
-/// It is a sum of potentials: wall, inertia, damping, weight, loads, bodies and the model's others. The gas (StepGas)
-/// stands beside them, since its second derivative is dense: a stiffness times the product of a volume's gradient with
-/// itself.
+/// Pi is a sum of potentials: wall, inertia, damping, weight, loads, bodies and the model's others. The gas (StepGas)
+/// is separate, since its second derivative is dense: a stiffness times the product of a volume's gradient with itself.
 ///
 /// Without inertia and damping (TimeIntegrator::is_static) a balloon's rigid motions are held by a millionth of the
 /// scale of the wall's stiffness. By arc length the loads' time t is an unknown, too: the row of the residual is a
 /// scale times sum_i w_i c_i.(x_i - x_i^n) - s (Riks), with the direction c of the path, s the length of the step on it
-/// and w the vertices' shares of the mass. Only motions that are free count for c and for lengths.
+/// and w the vertices' shares of the mass. c and lengths include free motions only.
 class StepPotential : public StepPart, public GasFilled {
  public:
   /// Collective.
@@ -87,14 +86,14 @@ class StepPotential : public StepPart, public GasFilled {
   StepPotential(const StepPotential&) = delete;
   StepPotential& operator=(const StepPotential&) = delete;
 
-  /// From here on Pi is that of the step that starts at `position`; it begins at the x that follows from x^n + h v^n
-  /// with held vertices in their places, or at x^n if that turns an element over or stretches one too far. Collective.
-  /// @param pressure of all chambers, where the multipliers start [Pa]
+  /// Begins a step from `position`; the first x follows from x^n + h v^n with held vertices in their places, or is x^n
+  /// if an element would turn over or be stretched too far. Collective.
+  /// @param pressure of all chambers, from which the multipliers start [Pa]
   void begin_step(const Field& position, const Eigen::VectorXd& pressure, const StepStart& start);
 
-  /// Accelerations with which all forces but inertia are in balance at a moment, 0 of vertices that are held
-  /// (3 x owned) [m/s^2]. The step in progress is over. Collective.
-  /// @param start its `h` matters only for friction, which acts as if everything moved like that for so long
+  /// Accelerations that balance all other forces at a moment, 0 of held vertices (3 x owned) [m/s^2]. Ends the present
+  /// step. Collective.
+  /// @param start whose `h` is used for friction alone, as the time of motion at the present velocities
   Eigen::Matrix3Xd acceleration(const Field& position, const StepStart& start);
 
   StepGas::Part gas_part() const override {
@@ -106,34 +105,33 @@ class StepPotential : public StepPart, public GasFilled {
     gas_ = std::move(gas);
     part_ = part;
   }
-  /// What has come into its chambers at the end of the step, at positions `end`. Collective.
-  GasExchange end_gas(const Field& end) { return gas_->end_step(part_, end, time_end_, h_); }
+  GasExchange end_gas(const Field& end) override { return gas_->end_step(part_, end, time_end_, h_); }
 
-  /// Work of a step that leads to `end`, by the forces where they are in balance; before `end_gas`. Collective.
+  /// Work in a step to `end` by the forces at their balance; to be called before `end_gas`. Collective.
   /// @param start_velocity v^n [m/s]
   StepWork work(const Field& end, const Field& start_velocity);
-  /// Work of one potential alone, this rank's share [J]. Collective.
+  /// This rank's share of the work of one potential [J]. Collective.
   double work_of(const Potential& potential, const Field& end) const;
 
-  /// At which forces are in balance; by arc length it is the loads' [s].
+  /// Time at which forces are in balance; by arc length the loads' time [s].
   double time() const { return time_; }
   /// By arc length: the derivative of the residual by the loads' time, of the owned vertices [N/s]. Collective.
   Eigen::VectorXd load_rate() override;
-  /// By arc length: unit of the residual's row [N/m].
+  /// By arc length: scale of the residual's additional row [N/m].
   double path_scale() const override { return force_scale_ / length_scale_; }
   bool follows_path() const override { return integrator_.arc_length().has_value(); }
   bool suits_patches() const override { return suits_patches_; }
-  /// By arc length: c of a step that begins as this one did and goes to `position`, all local vertices. Its root mean
-  /// square is 1. Collective.
+  /// By arc length: direction c, of all local vertices, from the start of this step to `position`, with root mean
+  /// square 1. Collective.
   void write_direction(const Field& position, Field& direction) const;
 
   /// Moves positions (ghosts too) and the pressures of chambers of prescribed volume to the end of the step.
-  /// Collective. @returns in words, why the balance is not the end of a step; empty: it is
+  /// Collective. @returns message if the balance is not the end of a step; otherwise empty
   std::string end_step(Field& position, Eigen::VectorXd& pressure) const;
-  /// x^{n+1}, which follows from x (TimeIntegrator), with held vertices in their places; ghosts up to date. Not
+  /// Writes x^{n+1}, which follows from x (TimeIntegrator), with held vertices in their places; ghosts up to date. Not
   /// collective.
   void write_end(Field& position) const;
-  /// c and x_v of a local vertex, whose velocity where forces are in balance is c (x - x_v) [1/s, m].
+  /// c [1/s] and x_v [m] of a local vertex, whose velocity at the balance is c (x - x_v).
   double rate() const { return integrator_.rate(h_); }
   Eigen::Vector3d still(PetscInt i) const { return still_.col(i); }
 
@@ -161,7 +159,7 @@ class StepPotential : public StepPart, public GasFilled {
 
   /// A column for each chamber, the volume's gradient, with the gas's stiffness; for a prescribed chamber with several
   /// times the most by which the pressure can fall with the volume beyond a limit point (BorderedSystem). By arc length
-  /// one column more, for the row that it adds.
+  /// one more column, for the additional row.
   int columns() const override { return model_.chambers.count() + (integrator_.arc_length() ? 1 : 0); }
   void begin_tangent(Curvature curvature, double positive_share) override;
   LowRank dense_tangent() override;
@@ -182,9 +180,9 @@ class StepPotential : public StepPart, public GasFilled {
  private:
   void add_vertex_potentials();
   void set_step(const Field& position, const StepStart& start, double share);
-  void lead_held();
+  void move_held();
   void set_load_time();
-  void keep_clear();
+  void stop_at_contact();
   void begin_path(const StepStart& start);
   double along_path() const;
   void set_unit_length(Field& direction) const;
@@ -197,32 +195,32 @@ class StepPotential : public StepPart, public GasFilled {
   TimeIntegrator integrator_;
   WallPotential wall_;
   DampingPotential damping_;
-  std::unique_ptr<Potential> inertia_;  ///< or what holds rigid motions without it; null: neither
+  std::unique_ptr<Potential> inertia_;  ///< inertia, or in statics the potential that holds rigid motions; null: none
   std::unique_ptr<Potential> weight_;
-  std::unique_ptr<Potential> loads_;    ///< null: there are none
-  std::vector<Potential*> potentials_;  ///< all of them
+  std::unique_ptr<Potential> loads_;    ///< null: no loads
+  std::vector<Potential*> potentials_;  ///< all potentials
   double length_scale_ = 0;
   double force_scale_ = 0;
   bool suits_patches_ = false;
   double total_mass_ = 0;           ///< [kg]
-  double rounding_of_inertia_ = 0;  ///< norm of the forces of inertia that is rounding of positions alone [N]
+  double rounding_of_inertia_ = 0;  ///< norm of the forces of inertia by rounding of positions [N]
   std::shared_ptr<StepGas> gas_;
-  std::size_t part_ = 0;  ///< of the gas
+  std::size_t part_ = 0;  ///< number of this part in the gas
 
-  // The step in progress.
+  // The present step.
   double h_ = 0;
   double time_end_ = 0;             ///< t^{n+1} [s]
-  double time_ = 0;                 ///< of balance [s]
+  double time_ = 0;                 ///< time of balance [s]
   Field start_;                     ///< x^n
   Field position_;                  ///< x
   Eigen::Matrix3Xd unaccelerated_;  ///< x_a of the local vertices
   Eigen::Matrix3Xd still_;          ///< x_v of the local vertices
   Field direction_;                 ///< c, if by arc length
   double path_length_ = 0;          ///< s [m]
-  double left_ = 0;                 ///< of what is not positive in the tangent, 0 to 1
+  double left_ = 0;                 ///< share of the indefinite terms kept in the tangent, 0 to 1
 
-  PotentialSum sum_;                    ///< of the potentials at `position_`; the gas beside them knows of its own
-  Eigen::Matrix3Xd with_gas_;           ///< its gradient together with that of the gas (3 x owned) [N]
+  PotentialSum sum_;                    ///< of the potentials at `position_`, without the gas
+  Eigen::Matrix3Xd with_gas_;           ///< gradient of the potentials and the gas (3 x owned) [N]
   std::vector<double> squared_forces_;  ///< of each potential, and of the gas last: this rank's part [N^2]
 };
 

@@ -8,14 +8,14 @@
 namespace pellicle {
 inline namespace equilibrium {
 
-/// See TimeIntegrator.
+/// Time integration by TimeIntegrator.
 enum class TimeScheme { implicit_euler, generalized_alpha, statics };
 inline const std::vector<std::string>& names_of(TimeScheme) {
   static const std::vector<std::string> names{"implicit_euler", "generalized_alpha", "statics"};
   return names;
 }
 
-/// How a vertex moves at the end of a step.
+/// Velocity and acceleration of a vertex at the end of a step.
 struct Kinematics {
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();      ///< [m/s]
   Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();  ///< [m/s^2]; of implicit Euler always 0
@@ -52,7 +52,7 @@ class TimeIntegrator {
 
   bool is_static() const { return is_static_; }
   const std::optional<double>& arc_length() const { return arc_length_; }
-  /// Whether it continues with accelerations, and its error is of order h^2; otherwise h.
+  /// Whether the method continues with accelerations and its error is of order h^2; otherwise h.
   bool is_second_order() const { return is_second_order_; }
   /// s
   double share() const { return 1 - alpha_f_; }
@@ -78,7 +78,7 @@ class TimeIntegrator {
  private:
   bool is_static_ = false;
   std::optional<double> arc_length_;
-  // Those of implicit Euler: gamma/beta = 1 and y_a without a^n, which is 0.
+  // Values of implicit Euler: gamma/beta = 1, and y_a without a^n, which is 0.
   bool is_second_order_ = false;
   double alpha_m_ = 0;
   double alpha_f_ = 0;

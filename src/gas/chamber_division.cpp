@@ -151,7 +151,7 @@ std::vector<int> Chambers::divide_gas(Division& division, const WallParts& walls
   return chamber_of_part;
 }
 
-/// Gives the gas of a chamber to its parts. What no part gets has leaked. @param shares of the gas, by chamber
+/// Divides the gas of a chamber among its parts; the rest has leaked. @param shares of the gas, by chamber
 void Chambers::share_gas(GasExchange& exchange, std::vector<Content>& contents, int chamber,
                          const std::vector<std::pair<int, double>>& shares) const {
   const Content gas = contents[chamber];
@@ -160,7 +160,7 @@ void Chambers::share_gas(GasExchange& exchange, std::vector<Content>& contents, 
     left -= share;
     contents[number] = {share * gas.amount, share * gas.heat};
   }
-  pass_out(exchange, contents, chamber, {left * gas.amount, left * gas.heat}, heat_capacity(chamber));
+  leak_out(exchange, contents, chamber, {left * gas.amount, left * gas.heat}, heat_capacity(chamber));
 }
 
 }  // namespace gas

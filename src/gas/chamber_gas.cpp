@@ -19,7 +19,7 @@ struct PolytropicGas {
   double initial_volume = 0;  ///< V0 [m^3]
 };
 
-/// Sets pressures, dp/dV and the potential, which is -e ln(V/V0) or e ((V0/V)^(k-1) - 1)/(k-1) without what is outside.
+/// Sets pressures, dp/dV and the potential: -e ln(V/V0) or e ((V0/V)^(k-1) - 1)/(k-1), plus that of the outside.
 /// @param strain ln(V/V0)
 void set_pressures(GasState& state, const PolytropicGas& gas, double strain) {
   const double compression = std::expm1((1 - gas.exponent) * strain);  // (V0/V)^(k-1) - 1
@@ -99,8 +99,8 @@ void Chambers::put_across_walls(const GasExchange& exchange, std::vector<GasStat
   }
 }
 
-/// The gas of a chamber with an amount of gas, of the laws isothermal and adiabatic; of a joined one with what links
-/// and walls have brought.
+/// The gas of a chamber with an amount of gas, of the laws isothermal and adiabatic, with the exchange by links and
+/// walls if it is joined.
 VesselGas Chambers::vessel_gas(const GasExchange& exchange, int chamber, double time) const {
   const Chamber& self = of(chamber);
   const double temperature = value_on_key_points(self.options.temperature, time);
@@ -113,7 +113,7 @@ VesselGas Chambers::vessel_gas(const GasExchange& exchange, int chamber, double 
   return gas;
 }
 
-/// The gas of a joined chamber between steps, at the volume that the exchange has.
+/// The gas of a joined chamber between steps, at the volume in the exchange.
 Chambers::Content Chambers::content(const GasExchange& exchange, int chamber, double time) const {
   const Chamber& self = of(chamber);
   const VesselGas gas = vessel_gas(exchange, chamber, time);
@@ -133,7 +133,7 @@ std::vector<Chambers::Content> Chambers::contents(const GasExchange& exchange, d
   return all;
 }
 
-/// Sets what is in a chamber, or in what will be one. @param like a chamber of its law and reference volume
+/// Sets the gas of a chamber, or of one to be added. @param like a chamber of its law and reference volume
 void Chambers::fill(GasExchange& exchange, int number, int like, const Content& gas, double volume) const {
   const double given = number < count() ? first_amount(number) : 0;
   const double compression = std::pow(volume / of(like).initial_volume, of(like).gamma - 1);
@@ -142,8 +142,8 @@ void Chambers::fill(GasExchange& exchange, int number, int like, const Content& 
   exchange.heat[number] = gas.heat * compression - given * value_on_key_points(of(like).options.temperature, 0);
 }
 
-/// Counts gas as leaked if it is on the other side of a chamber's wall from now on, and gives it to what is there.
-void Chambers::pass_out(GasExchange& exchange, std::vector<Content>& contents, int chamber, const Content& gas,
+/// Moves gas through a chamber's wall, as a leak into the chamber round it or the ambient air.
+void Chambers::leak_out(GasExchange& exchange, std::vector<Content>& contents, int chamber, const Content& gas,
                         double heat_capacity) {
   const auto add_leak = [&](int of, double sign) {
     exchange.leak_amount[of] += sign * gas.amount;

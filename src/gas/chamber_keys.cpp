@@ -10,7 +10,7 @@ inline namespace gas {
 
 namespace {
 
-/// Key points of a chamber: which, what their values may be, which laws use them.
+/// Key points of a chamber: their key, the lower bound of their values, the laws that use them.
 struct Quantity {
   const char* key;
   Rows ChamberOptions::*rows;

@@ -58,9 +58,9 @@ GasExchange Chambers::first_exchange(const Eigen::VectorXd& walls) const {
   return exchange;
 }
 
-/// Absolute, beyond the wall of a joined chamber at the end of a step [Pa].
-double Chambers::pressure_round(const GasExchange& exchange, const Vessels& vessels, int chamber,
-                                const GasNetwork::End& end) const {
+/// Absolute pressure beyond the wall of a joined chamber at the end of a step [Pa].
+double Chambers::pressure_outside(const GasExchange& exchange, const Vessels& vessels, int chamber,
+                                  const GasNetwork::End& end) const {
   const int vessel = vessels.number(exchange.gas_outside(chamber));
   return vessel < 0 ? gas_.ambient_pressure : end.pressure[vessel];
 }
@@ -91,7 +91,7 @@ GasExchange Chambers::end_step(const GasStep& start, const Eigen::VectorXd& wall
     exchange.heat[chamber] += balance.heat;
     // A cap that moves pushes away the gas beyond it, against the pressure there. This is no work on the wall.
     const double mean = std::abs(to - from) > rounding * from ? balance.work / (to - from) : end.pressure[vessel];
-    const double beyond = (mean - pressure_round(before, vessels, chamber, end)) * caps[chamber];
+    const double beyond = (mean - pressure_outside(before, vessels, chamber, end)) * caps[chamber];
     exchange.work[chamber] += balance.work - beyond;
     exchange.leak_enthalpy[chamber] += beyond;
   }
@@ -99,8 +99,8 @@ GasExchange Chambers::end_step(const GasStep& start, const Eigen::VectorXd& wall
   return exchange;
 }
 
-/// The mass balance of the links: adds what has flown through them to amounts, and the enthalpy that it carried to the
-/// energy into each vessel [J].
+/// Mass balance of the links: adds their flows to the amounts, and the carried enthalpies to the energy into each
+/// vessel [J].
 void Chambers::add_link_flows(GasExchange& exchange, Eigen::VectorXd& energy, const Vessels& vessels,
                               const GasNetwork::End& end) const {
   for (std::size_t l = 0; l < links_.size(); ++l) {
@@ -116,8 +116,8 @@ void Chambers::add_link_flows(GasExchange& exchange, Eigen::VectorXd& energy, co
   }
 }
 
-/// The energy balance of a joined chamber in a step, see GasNetwork.
-/// @param from V at the beginning @param to V at the end [m^3] @param heat of the gas at the beginning, see VesselGas
+/// Energy balance of a joined chamber in a step, as in GasNetwork.
+/// @param from V at the beginning @param to V at the end [m^3] @param heat VesselGas::heat at the beginning [mol K]
 /// @param end_heat n T at the end [mol K] @param energy that came in [J]
 Chambers::EnergyBalance Chambers::energy_balance(int chamber, double from, double to, double heat, double end_heat,
                                                  double energy) const {
@@ -132,7 +132,7 @@ Chambers::EnergyBalance Chambers::energy_balance(int chamber, double from, doubl
   return {more, capacity * (heat * (colder(from) - middle) + (heat + more) * (middle - colder(to)))};
 }
 
-/// Opens chambers whose holes are large for good; one inside another becomes a part of it.
+/// Opens chambers with large holes permanently; a chamber inside another becomes a part of that one.
 void Chambers::open_chambers(GasExchange& exchange, const GasStep& start, const Vessels& vessels, double time,
                              const GasNetwork::End& end) const {
   constexpr double large_hole = 0.1;  // share of what is left of the wall
@@ -140,7 +140,7 @@ void Chambers::open_chambers(GasExchange& exchange, const GasStep& start, const 
   const GasExchange& before = *start.exchange;
   for (std::size_t v = 0; v < vessels.chambers.size(); ++v) {
     const int chamber = vessels.chambers[v];
-    const double there = pressure_round(before, vessels, chamber, end);
+    const double there = pressure_outside(before, vessels, chamber, end);
     const bool is_level = std::abs(end.pressure[static_cast<Eigen::Index>(v)] - there) <= level * gas_.ambient_pressure;
     const double limit = (is_level ? large_hole : 1) * start.walls.area[chamber];
     if (!vents(chamber) || !(start.walls.hole_area[chamber] > limit)) {
@@ -170,7 +170,7 @@ GasExchange Chambers::recapped(const GasExchange& exchange, const Eigen::VectorX
   std::vector<int> order = exchange.from_within();
   order.erase(std::remove_if(order.begin(), order.end(), [this](int chamber) { return !is_joined(chamber); }),
               order.end());
-  // By how much each wall encloses more than at the end of the last step, from within outwards.
+  // Increase of the volume within each wall since the end of the last step, from within outwards.
   Eigen::VectorXd more = volumes - exchange.volume;
   for (const int chamber : order) {
     if (const int round = exchange.gas_outside(chamber); round >= 0) {
@@ -193,7 +193,7 @@ GasExchange Chambers::recapped(const GasExchange& exchange, const Eigen::VectorX
     const Content moved{share * gas.amount, share * gas.heat};
     gas.amount -= moved.amount;
     gas.heat -= moved.heat;
-    pass_out(result, contents, chamber, moved, heat_capacity(chamber));
+    leak_out(result, contents, chamber, moved, heat_capacity(chamber));
     is_changed[chamber] = true;
     if (const int round = exchange.gas_outside(chamber); round >= 0) {
       is_changed[round] = true;
@@ -212,7 +212,7 @@ GasExchange Chambers::recapped(const GasExchange& exchange, const Eigen::VectorX
   return result;
 }
 
-/// Of each chamber the first of those with which it is checked: what has been cut off it, and what it is a part of.
+/// For each chamber the lowest number of those checked together with it: parts cut off it, and the one it is a part of.
 std::vector<int> Chambers::balanced_together(const GasExchange& exchange) const {
   std::vector<int> first(chambers_.size());
   std::iota(first.begin(), first.end(), 0);
@@ -229,7 +229,7 @@ std::vector<int> Chambers::balanced_together(const GasExchange& exchange) const 
   return first;
 }
 
-/// Residuals of the balances of amount and energy, of the first chamber of each that are balanced together.
+/// Residuals of the balances of amount and energy, in the column of the first chamber of those checked together.
 Chambers::Residuals Chambers::balance_residuals(const GasExchange& exchange, const std::vector<int>& first,
                                                 const std::vector<GasState>& gas) const {
   Residuals residuals{Eigen::MatrixXd::Zero(2, count()), Eigen::MatrixXd::Zero(2, count())};

@@ -15,7 +15,7 @@ namespace pellicle {
 inline namespace gas {
 
 void Chambers::set_living(const Living& living) {
-  const auto per_element = static_cast<std::size_t>(surface_->triangles_per_element);
+  const std::size_t per_element = surface_->triangles_per_element;
   const std::vector<int> before = std::exchange(chamber_of_triangle_, std::vector<int>(living.triangles.size(), -1));
   std::vector<int> venting(living.triangles.size(), -1);
   has_hole_.assign(chambers_.size(), 0);
@@ -40,7 +40,7 @@ void Chambers::set_living(const Living& living) {
   }
   max_over_ranks(surface_->comm(), has_hole_);
   if (before != chamber_of_triangle_ || before.empty()) {
-    find_particles();
+    make_gradient_pattern();
   }
   const bool can_vent = std::any_of(chambers_.begin(), chambers_.end(),
                                     [](const Chamber& chamber) { return chamber.options.hole_discharge.has_value(); });
@@ -49,8 +49,8 @@ void Chambers::set_living(const Living& living) {
   }
 }
 
-/// After a change of chamber_of_triangle_.
-void Chambers::find_particles() {
+/// Makes the pattern of volume_gradients after a change of chamber_of_triangle_.
+void Chambers::make_gradient_pattern() {
   std::vector<std::pair<int, PetscInt>> pairs;  // chamber and particle
   for (std::size_t triangle = 0; triangle < surface_->triangles.size(); ++triangle) {
     for (const PetscInt corner : surface_->triangles[triangle]) {
@@ -112,9 +112,8 @@ void Chambers::require_closed(int chamber, const Field& rest, const Projectors& 
   constexpr double tolerance = 1e-5;  // a vertex counts as one in the plane a little off it
   auto open = std::numeric_limits<long long>::max();
   for (PetscInt i = 0; i < surface_->particles.owned; ++i) {
-    const auto index = static_cast<std::size_t>(i);
-    if ((projectors[index] * closing.col(i)).norm() > tolerance * scale) {
-      open = std::min(open, static_cast<long long>(surface_->persistent_id[index]));
+    if ((projectors[i] * closing.col(i)).norm() > tolerance * scale) {
+      open = std::min(open, static_cast<long long>(surface_->persistent_id[i]));
     }
   }
   MPI_Allreduce(MPI_IN_PLACE, &open, 1, MPI_LONG_LONG, MPI_MIN, surface_->comm());
@@ -129,8 +128,7 @@ Eigen::VectorXd Chambers::volumes(const Field& positions) const {
   return volumes(positions, chamber_of_triangle_, rims_, count());
 }
 
-/// Of the volumes that some triangles and rims enclose. Collective. @param chamber_of_triangle up to the count, -1:
-/// none
+/// Volumes that triangles and rims enclose [m^3]. Collective. @param chamber_of_triangle below the count, -1: none
 Eigen::VectorXd Chambers::volumes(const Field& positions, const std::vector<int>& chamber_of_triangle, const Rims& rims,
                                   int count) const {
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(count);
@@ -183,8 +181,8 @@ Eigen::Matrix3Xd Chambers::volume_gradient(int chamber, const Field& positions) 
   return gradient;
 }
 
-/// How often surfaces wind round the middle of a chamber's wall: of its triangles and those that are numbered. 1: it is
-/// inside a closed one. Collective. @param number_of_triangle up to the count, -1: of none
+/// Winding numbers of surfaces round the middle of a chamber's wall; 1: the chamber is inside a closed surface.
+/// Collective. @param number_of_triangle the surface of each local triangle, below the count, -1: none
 Eigen::VectorXd Chambers::windings(int chamber, const Field& positions, const std::vector<int>& number_of_triangle,
                                    int count) const {
   Eigen::Vector4d sum = Eigen::Vector4d::Zero();  // of places, of how many
@@ -211,7 +209,7 @@ Eigen::VectorXd Chambers::windings(int chamber, const Field& positions, const st
   return result;
 }
 
-/// Of the walls of all chambers, summed over the ranks [m^2]. Collective.
+/// Areas of the walls of all chambers [m^2]. Collective.
 Eigen::VectorXd Chambers::areas(const Field& positions) const {
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(count());
   for (PetscInt triangle = 0; triangle < owned_triangles(); ++triangle) {
@@ -262,7 +260,7 @@ ChamberWalls Chambers::walls(const GasExchange& exchange, const Field& positions
   return result;
 }
 
-/// Of each chamber. Collective.
+/// The uneven pressure of each chamber. Collective.
 std::vector<Chambers::UnevenPressure> Chambers::uneven_pressures(const GasExchange& exchange, const Field& positions,
                                                                  const Eigen::Vector3d& gravity, double time) const {
   Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(4, count());  // area, area times place

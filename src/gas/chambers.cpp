@@ -28,8 +28,8 @@ Chambers::Chambers(const Surface& surface, const GasOptions& gas, const std::map
     chamber_of_element_.push_back(named.chamber_of_piece[piece]);
   }
   initial_exchange_ = GasExchange(count(), static_cast<int>(gas.links.size()));
-  nest();
-  begin();
+  set_nesting();
+  set_initial_volumes();
 
   Field rest(surface.particles, 3);
   rest.values() = surface.rest;
@@ -56,7 +56,7 @@ Chambers::Chambers(const Surface& surface, const GasOptions& gas, const std::map
     require_inside(chamber);
   }
   set_amounts();
-  join();
+  find_joined();
 }
 
 Chambers::Chambers(const Surface& surface, const GasOptions& gas, const std::map<std::string, ChamberOptions>& options,
@@ -97,12 +97,12 @@ Chambers::Chambers(const Surface& surface, const GasOptions& gas, const std::map
     initial_exchange_.outside = exchange->outside;
     initial_exchange_.parent = exchange->parent;
   }
-  begin();
+  set_initial_volumes();
   for (PetscInt chamber = 0; exchange != nullptr && chamber <= last; ++chamber) {
     chambers_[chamber].initial_volume = exchange->reference_volume[chamber];
   }
   set_amounts();
-  join();
+  find_joined();
 }
 
 void Chambers::add(const std::string& name, const ChamberOptions& options) {
@@ -112,8 +112,8 @@ void Chambers::add(const std::string& name, const ChamberOptions& options) {
   chamber.options = options;
 }
 
-/// Of chambers whose elements are known: all of these are there; initial volumes. Collective.
-void Chambers::begin() {
+/// Sets the initial volumes of chambers whose elements are known, all of them living. Collective.
+void Chambers::set_initial_volumes() {
   set_living(Living(*surface_));
   Field rest(surface_->particles, 3);
   rest.values() = surface_->rest;
@@ -123,7 +123,7 @@ void Chambers::begin() {
   }
 }
 
-/// What is missing in the options for their laws.
+/// Sets defaults for what the options of chambers with an amount of gas leave out.
 void Chambers::set_amounts() {
   for (Chamber& chamber : chambers_) {
     if (chamber.law != GasLaw::isothermal && chamber.law != GasLaw::adiabatic) {
@@ -146,7 +146,7 @@ void Chambers::set_amounts() {
   }
 }
 
-/// Of a chamber. @param others what else the key may say, in words @throws Error if there is none of this name
+/// Number of the chamber of a name. @param others further values of the key, in words @throws Error if there is none
 int Chambers::number_of(const std::string& name, const std::string& key, const std::string& others) const {
   std::string names;
   for (int chamber = 0; chamber < count(); ++chamber) {
@@ -158,8 +158,8 @@ int Chambers::number_of(const std::string& name, const std::string& key, const s
   throw Error(key + ": there is no chamber " + name + ", expected " + (names.empty() ? "chambers" : names) + others);
 }
 
-/// Which chambers lie inside others, as the options say.
-void Chambers::nest() {
+/// Sets which chambers lie inside others, from the options.
+void Chambers::set_nesting() {
   for (int chamber = 0; chamber < count(); ++chamber) {
     const Chamber& self = of(chamber);
     if (self.options.inside.empty()) {
@@ -210,8 +210,8 @@ void Chambers::require_inside(int chamber) const {
   }
 }
 
-/// Which chambers anything is joined to, and the links.
-void Chambers::join() {
+/// Finds the joined chambers and the links.
+void Chambers::find_joined() {
   is_joined_.assign(chambers_.size(), false);
   const auto require_joinable = [&](int chamber, const std::string& key) {
     is_joined_[chamber] = true;

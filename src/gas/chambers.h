@@ -21,8 +21,8 @@
 namespace pellicle {
 inline namespace gas {
 
-/// The gas of a chamber at a moment. What the law does not determine is 0: amount and temperature for the laws
-/// relative, pressure and volume; everything except the volume for the law volume, whose pressure the solver finds.
+/// The gas of a chamber at a moment. Quantities that the law does not determine are 0: amount and temperature for the
+/// laws relative, pressure and volume; all except the volume for the law volume, whose pressure the solver finds.
 struct GasState {
   double volume = 0;             ///< V [m^3]
   double pressure = 0;           ///< across the wall, inside minus outside [Pa]
@@ -30,19 +30,19 @@ struct GasState {
   double absolute_pressure = 0;  ///< inside [Pa]
   double amount = 0;             ///< n [mol]
   double temperature = 0;        ///< T [K]
-  double potential = 0;          ///< W with dW/dV = -p: what the gas and the surroundings can still do [J]
+  double potential = 0;          ///< W with dW/dV = -p: energy of the gas and the surroundings [J]
 };
 
 /// The chambers of a balloon or of a sheet: volumes enclosed by closed pieces of the surface (balloon paper, section
 /// 5), or by a piece and the symmetry planes that its boundary lies in. The volume is that within the surface's
 /// triangles; of a sheet of quads they join corners and lattice points, so that both layers feel the pressure.
 ///
-/// A chamber may lie inside another one, whose gas then is round its wall. What follows from the shape of a wall refers
-/// to all that it encloses, the chambers inside it included: W, and dW/dx, by which the pressure across it acts. The
-/// volume V of a chamber's gas is that of its wall less those of the walls inside it.
+/// A chamber may lie inside another one, whose gas then is round its wall. The volume W that a wall encloses, and
+/// dW/dx, by which the pressure across the wall acts, include the chambers inside it. The volume V of a chamber's gas
+/// is W of its wall less W of the walls inside it.
 ///
-/// Chambers do not know how much gas has been exchanged: their functions take the GasExchange of the object's state.
-/// The gas of chambers changes by what FlowingGas finds.
+/// Exchanged gas is not stored here: the functions take the GasExchange of the object's state, which FlowingGas
+/// computes.
 class Chambers {
  public:
   /// Chambers in the order of their names; a chamber without a vertex gets every piece that no other chamber names, as
@@ -59,8 +59,8 @@ class Chambers {
 
   /// Chambers of triangles that have been chosen before, whatever has happened to the surface since. Collective. The
   /// surface must outlive the chambers.
-  /// @param numbers chamber of each local element, see numbers
-  /// @param exchange of a state that has one, which knows of chambers that have been cut in two
+  /// @param numbers chamber of each local element, -1: none
+  /// @param exchange that of the state, with the chambers that have been cut in two; null: the initial one
   /// @throws Error on keys that the law lacks or does not know
   Chambers(const Surface& surface, const GasOptions& gas, const std::map<std::string, ChamberOptions>& options,
            const Eigen::Vector3d& origin, const std::vector<PetscInt>& numbers, const GasExchange* exchange,
@@ -68,42 +68,42 @@ class Chambers {
 
   int count() const { return static_cast<int>(chambers_.size()); }
   const Surface& surface() const { return *surface_; }
-  /// Number of the chamber whose wall each local element is of, -1: none.
+  /// Number of the chamber to whose wall each local element belongs, -1: none.
   const std::vector<PetscInt>& numbers() const { return chamber_of_element_; }
   const std::string& name(int chamber) const { return of(chamber).name; }
-  /// Whether it was there at first; others are parts of a chamber that has been cut in two.
+  /// Whether a chamber is one of the initial ones; others are parts of a chamber that has been cut in two.
   bool was_there_at_first(int chamber) const { return of(chamber).parent < 0; }
   /// Chamber of a triangle of the local elements, -1 if it bounds none.
   int of_triangle(PetscInt triangle) const { return chamber_of_triangle_[triangle]; }
 
-  /// Nothing exchanged, with the nesting of the walls: what there is at time 0, and at all times if no chamber is
-  /// joined to anything.
+  /// The exchange at time 0, with the nesting of the walls and no exchanged gas; valid at all times if no chamber is
+  /// joined.
   const GasExchange& initial_exchange() const { return initial_exchange_; }
 
-  /// Whether its law asks for the volume.
+  /// Whether a chamber's law depends on the volume.
   bool needs_volume(int chamber) const { return of(chamber).law != GasLaw::pressure; }
-  /// Whether gas flows through holes of its wall, which caps close for its volume (Rims).
+  /// Whether gas flows through holes of a chamber's wall; caps close them for the volume (Rims).
   bool vents(int chamber) const { return of(chamber).options.hole_discharge.has_value(); }
-  /// Whether it can have no hole.
+  /// Whether a chamber may not have holes.
   bool needs_closed_wall(int chamber) const { return needs_volume(chamber) && !vents(chamber); }
   /// The rims of chambers that vent.
   const Rims& rims() const { return rims_; }
-  /// Says which triangles of the local elements there are: the pressure of a chamber that needs no closed wall acts on
-  /// no others. Collective.
+  /// Sets which triangles of the local elements live: the pressure of a chamber that may have holes acts on no others.
+  /// Collective.
   void set_living(const Living& living);
-  /// What happens to chambers that vent and whose wall has come apart. Each piece that encloses a hundredth of the
+  /// Division of chambers that vent and whose wall has come apart. Each piece that encloses a hundredth of the
   /// chamber's volume bounds a chamber, with gas of the same state in proportion to its volume; the oldest of them
   /// continues as the old chamber, with its links. Smaller pieces bound none. The rest of the gas has leaked. A chamber
-  /// inside it is inside the piece round it. Nothing if no wall has come apart. Collective.
+  /// inside the old one is inside the piece round it.
   struct Division {
-    std::vector<PetscInt> numbers;   ///< see numbers
+    std::vector<PetscInt> numbers;   ///< chamber of each local element, for set_numbers
     GasExchange exchange;            ///< of all chambers, the new ones last
-    std::vector<std::string> lines;  ///< which chambers have been cut, and into what
+    std::vector<std::string> lines;  ///< messages: which chambers have been cut, and into which
   };
-  /// @param piece of each local particle (Pieces) @param exchange between steps
+  /// None if no wall has come apart. Collective. @param piece of each local particle (Pieces)
   std::optional<Division> divided(const std::vector<PetscInt>& piece, const GasExchange& exchange,
                                   const Field& positions, double time) const;
-  /// After a division that has left as many chambers as there were; set_living is to follow.
+  /// Sets the chamber of each element after a division without new chambers; call set_living afterwards.
   void set_numbers(const std::vector<PetscInt>& numbers) { chamber_of_element_ = numbers; }
   /// Whether triangles are missing on which the given pressure of a chamber would act, or its wall has cracked. Then V
   /// is no volume, and dV/dx, by which the pressure acts, is not its gradient.
@@ -114,39 +114,39 @@ class Chambers {
   /// W of all chambers (eq. 13), summed over the ranks [m^3]. Collective.
   /// @param positions [m], ghosts up to date
   Eigen::VectorXd volumes(const Field& positions) const;
-  /// Forces of the weights of gas and air, and of jets through holes, on walls, in addition to even pressures. The
+  /// Forces on walls by the weights of gas and air and by jets, in addition to even pressures (3 x owned) [N]. The
   /// pressure at x is (rho - rho_outside) g.(x - x_0), with the middle x_0 of the wall; its sum is minus the lift, (rho
   /// - rho_outside) V g. Jets push the rims (jet_thrust), except for the part that the pressure on a wall with holes
-  /// contributes already. Of the owned particles (3 x owned) [N]. Collective.
+  ///   contributes already. Collective.
   /// @param gravity g [m/s^2]; 0: gas and air weigh nothing
   Eigen::Matrix3Xd uneven_forces(const GasExchange& exchange, const Field& positions, const Eigen::Vector3d& gravity,
                                  double time) const;
   /// dW/dx = A n / 3 (eq. 15 without p) by the owned particles, a column a chamber, (3 owned x count) [m^2].
   Eigen::SparseMatrix<double> volume_gradients(const Field& positions) const;
-  /// Of one chamber, (3 x owned) [m^2].
+  /// dW/dx of one chamber (3 x owned) [m^2].
   Eigen::Matrix3Xd volume_gradient(int chamber, const Field& positions) const;
 
-  /// The gas by its law at a volume V [m^3] and time [s], with what has come in by the beginning of the step, and its
-  /// pressure against that of the ambient air. Not finite where the law needs a volume above 0 and there is none.
+  /// Gas of a chamber by its law at a volume V [m^3] and time [s], with the exchange at the beginning of the step; its
+  /// pressure is that against the ambient air. Not finite where the law needs a volume above 0 and V is not.
   GasState state(const GasExchange& exchange, int chamber, double volume, double time) const;
-  /// The gas of a chamber into which nothing has come.
+  /// The gas of a chamber without exchanged gas.
   GasState state(int chamber, double volume, double time) const {
     return state(initial_exchange_, chamber, volume, time);
   }
-  /// The gas of all chambers, with the pressures across their walls. Parts of others are empty. @param walls W [m^3]
+  /// The gas of all chambers, with the pressures across walls; parts of others are empty. @param walls W [m^3]
   std::vector<GasState> states(const GasExchange& exchange, const Eigen::VectorXd& walls, double time) const;
-  /// The gas of all chambers, with pressures against the ambient air. Parts of others are empty. @param walls W [m^3]
+  /// Like `states`, with the pressures against the ambient air. @param walls W [m^3]
   std::vector<GasState> states_against_ambient(const GasExchange& exchange, const Eigen::VectorXd& walls,
                                                double time) const;
-  /// Makes of pressures against the ambient air, of the states of all chambers, those across their walls.
+  /// Turns the pressures of all chambers' states from those against the ambient air to those across walls.
   static void put_across_walls(const GasExchange& exchange, std::vector<GasState>& states);
   const GasOptions& gas_options() const { return gas_; }
 
-  // Chambers whose gas changes: links, holes, leaks or heat join it to something, or it lies inside another or round
-  // one. Their laws are isothermal or adiabatic. Those that have not become a part of another are vessels of a network.
+  // Joined chambers exchange gas or heat, by links, holes, leaks or heat transfer, or lie inside or round others. Their
+  // laws are isothermal or adiabatic. Those that have not become parts of others are vessels of a network.
 
   bool has_network() const { return !joined_.empty(); }
-  /// Ascending.
+  /// Numbers of the joined chambers, ascending.
   const std::vector<int>& joined() const { return joined_; }
   bool is_joined(int chamber) const { return is_joined_[chamber]; }
   /// The joined chambers that are vessels of a network.
@@ -163,101 +163,101 @@ class Chambers {
   /// c_v of a mole of a joined chamber's gas [J/(mol K)].
   double heat_capacity(int chamber) const { return gas_constant / (of(chamber).gamma - 1); }
 
-  /// A link with an end in one of these chambers, or between them.
+  /// A link with one or both ends in these chambers.
   struct Link {
     std::string name;
-    int from = GasNetwork::ambient;  ///< number of a chamber
+    int from = GasNetwork::ambient;  ///< number of a chamber, ambient or elsewhere
     int to = GasNetwork::ambient;
     LinkOptions options;
   };
-  static constexpr int elsewhere = -2;  ///< an end in a chamber of another object, which the options name
+  static constexpr int elsewhere = -2;  ///< end of a link in a chamber of another object, which the options name
   const std::vector<Link>& links() const { return links_; }
   bool has_links_elsewhere() const {
     return std::any_of(links_.begin(), links_.end(),
                        [](const Link& link) { return link.from == elsewhere || link.to == elsewhere; });
   }
 
-  /// The walls at positions, with the temperatures that the options give. Collective.
-  /// @param gravity as of uneven_forces: the pressure at a hole is that at its height
+  /// Properties of the walls for the gas at given positions, with the temperatures of the options. Collective.
+  /// @param gravity [m/s^2], as for uneven_forces: the pressure at a hole is that at its height
   ChamberWalls walls(const GasExchange& exchange, const Field& positions, const Eigen::Vector3d& gravity,
                      double time) const;
   double heat_transfer(int chamber) const { return of(chamber).options.heat_transfer; }  ///< [W/(m^2 K)]
-  /// What is known of the step of the vessels, of these chambers alone. @param walls W at its end [m^3]
+  /// Data of the network's step for these chambers alone. @param walls W at its end [m^3]
   GasNetwork::Step network_step(const GasStep& start, const Eigen::VectorXd& walls, double time) const;
-  /// What has come in at the end of the step. A chamber is open from here on if its holes are larger than a tenth of
-  /// what is left of its wall and its pressure has come within a hundred thousandth of that outside, or if they are
-  /// larger than it. One inside another then becomes a part of it instead.
-  /// @param walls W then [m^3] @param caps of its change, what the caps of holes have swept [m^3]
-  /// @param step see network_step @param end how it ends, with the flows of `links`
+  /// The exchange at the end of the step. A chamber becomes open if its holes are larger than a tenth of its remaining
+  /// wall and its pressure is within a hundred thousandth of that outside, or if its holes are larger than the wall; if
+  /// it is inside another, it becomes a part of that one instead.
+  /// @param walls W at the end [m^3] @param caps part of the change of W that the caps of holes have swept [m^3]
+  /// @param step from network_step @param end its solution, with the flows of `links`
   GasExchange end_step(const GasStep& start, const Eigen::VectorXd& walls, const Eigen::VectorXd& caps,
                        const GasNetwork::Step& step, const GasNetwork::End& end) const;
 
-  /// Which balance of a joined chamber does not close to 1e-10 of what goes in and out, in words; empty if all close.
-  /// Amounts must change by what links and holes have carried, energies by that and by work and heat of the wall. A
-  /// chamber is checked together with what has been cut off it and what it has become a part of. For chambers that keep
-  /// their temperature only amounts are checked. @param walls W [m^3]
+  /// Message that names a balance of a joined chamber that does not close to 1e-10 of its terms; empty if all close.
+  /// Amounts must change by the flows through links and holes, energies by their enthalpy and by work and heat of the
+  /// wall. A chamber is checked together with those cut off it and the one of which it is a part. For chambers that
+  /// keep their temperature only amounts are checked. @param walls W [m^3]
   std::string imbalance(const GasExchange& exchange, const Eigen::VectorXd& walls, double time) const;
-  /// What has come in at time 0: nothing. @param walls W then [m^3]
+  /// The exchange at time 0, without exchanged gas. @param walls W at time 0 [m^3]
   GasExchange first_exchange(const Eigen::VectorXd& walls) const;
-  /// Caps move at once where holes grow or join, and volumes with them: finds what has come in if the gas keeps its
-  /// state; gas that is on the other side of the wall now has leaked. @param walls W at the same positions [m^3]
+  /// The exchange after caps have jumped because holes have grown or joined: the gas keeps its state, and gas that is
+  /// on the other side of the wall now has leaked. @param walls W at the same positions [m^3]
   GasExchange recapped(const GasExchange& exchange, const Eigen::VectorXd& walls, double time) const;
 
-  /// Whether the volume is given and the pressure is what keeps it.
+  /// Whether a chamber's volume is prescribed, so that the pressure is a Lagrange multiplier.
   bool prescribes_volume(int chamber) const { return of(chamber).law == GasLaw::volume; }
-  /// Only where prescribes_volume. [m^3]
+  /// The volume of a chamber that prescribes_volume [m^3].
   double prescribed_volume(int chamber, double time) const;
 
  private:
   struct Chamber {
     std::string name;
     GasLaw law = GasLaw::relative;
-    ChamberOptions options;     ///< what the law needs is not empty
+    ChamberOptions options;     ///< with defaults for what the law needs
     double initial_volume = 0;  ///< V0 [m^3]
-    double unit_amount = 1;     ///< what a value of the key points `amount` stands for [mol]
+    double unit_amount = 1;     ///< unit of the key points `amount` [mol]
     double gamma = 1;           ///< of the laws isothermal and adiabatic
-    int parent = -1;            ///< see GasExchange
+    int parent = -1;            ///< as in GasExchange
   };
-  /// The gas of a chamber when gas is moved at constant temperatures.
+  /// The gas of a chamber at its present volume.
   struct Content {
     double amount = 0;  ///< [mol]
     double heat = 0;    ///< n T [mol K]
   };
 
   void add(const std::string& name, const ChamberOptions& options);
-  void begin();
-  void nest();
+  void set_initial_volumes();
+  void set_nesting();
   void require_inside(int chamber) const;
-  void find_particles();
+  void make_gradient_pattern();
   VesselGas vessel_gas(const GasExchange& exchange, int chamber, double time) const;
   Content content(const GasExchange& exchange, int chamber, double time) const;
   std::vector<Content> contents(const GasExchange& exchange, double time) const;
   void fill(GasExchange& exchange, int number, int like, const Content& gas, double volume) const;
-  static void pass_out(GasExchange& exchange, std::vector<Content>& contents, int chamber, const Content& gas,
+  static void leak_out(GasExchange& exchange, std::vector<Content>& contents, int chamber, const Content& gas,
                        double heat_capacity);
   Eigen::VectorXd volumes(const Field& positions, const std::vector<int>& chamber_of_triangle, const Rims& rims,
                           int count) const;
   Eigen::VectorXd windings(int chamber, const Field& positions, const std::vector<int>& number_of_triangle,
                            int count) const;
   void set_amounts();
-  void join();
+  void find_joined();
   void become_part(GasExchange& exchange, int chamber, double time) const;
-  double pressure_round(const GasExchange& exchange, const Vessels& vessels, int chamber,
-                        const GasNetwork::End& end) const;
+  double pressure_outside(const GasExchange& exchange, const Vessels& vessels, int chamber,
+                          const GasNetwork::End& end) const;
   void add_link_flows(GasExchange& exchange, Eigen::VectorXd& energy, const Vessels& vessels,
                       const GasNetwork::End& end) const;
   /// Heat and work of the gas of a joined chamber in a step.
   struct EnergyBalance {
-    double heat = 0;  ///< that the gas gains, see VesselGas [mol K]
-    double work = 0;  ///< that it does [J]
+    double heat = 0;  ///< gained by the gas, as VesselGas::heat [mol K]
+    double work = 0;  ///< done by the gas [J]
   };
   EnergyBalance energy_balance(int chamber, double from, double to, double heat, double end_heat, double energy) const;
   void open_chambers(GasExchange& exchange, const GasStep& start, const Vessels& vessels, double time,
                      const GasNetwork::End& end) const;
   std::vector<int> balanced_together(const GasExchange& exchange) const;
-  /// Of the balances of amount [mol] and energy [J] (2 x chambers).
+  /// Residuals of the balances of amount [mol] and energy [J] (2 x chambers).
   struct Residuals {
-    Eigen::MatrixXd sum;    ///< of what goes in and out: 0
+    Eigen::MatrixXd sum;    ///< of all terms; 0 if the balance closes
     Eigen::MatrixXd scale;  ///< sum of the absolute values
   };
   Residuals balance_residuals(const GasExchange& exchange, const std::vector<int>& first,
@@ -281,9 +281,9 @@ class Chambers {
   std::vector<UnevenPressure> uneven_pressures(const GasExchange& exchange, const Field& positions,
                                                const Eigen::Vector3d& gravity, double time) const;
   Eigen::VectorXd areas(const Field& positions) const;
-  /// In a joined chamber at time 0 [mol].
+  /// Amount of gas in a joined chamber at time 0 [mol].
   double first_amount(int chamber) const { return of(chamber).unit_amount * of(chamber).options.amount.front()[1]; }
-  /// Of the gas in a joined chamber [J]; 0 of others.
+  /// Internal energy of the gas in a joined chamber; 0 of other chambers [J].
   double energy(int chamber, const GasState& gas) const {
     return is_joined(chamber) ? heat_capacity(chamber) * gas.amount * gas.temperature : 0;
   }
@@ -297,10 +297,10 @@ class Chambers {
   SymmetryPlanes planes_;
   std::vector<Chamber> chambers_;
   std::vector<PetscInt> chamber_of_element_;  ///< of each local element, -1: none
-  std::vector<int> chamber_of_triangle_;      ///< of what is left of their triangles, -1: none
-  /// See volume_gradients, without values: three rows for each owned particle by which a chamber's volume changes.
+  std::vector<int> chamber_of_triangle_;      ///< of each local triangle, -1: none, or the triangle is gone
+  /// Pattern of volume_gradients: three rows for each owned particle by which a chamber's volume changes.
   Eigen::SparseMatrix<double> no_gradients_;
-  /// Which of these threes of entries each corner of the triangles has, -1: it is a ghost's, or bounds no chamber.
+  /// Place in this pattern, in threes of entries, of each corner of the triangles; -1: a ghost, or bounds no chamber.
   std::vector<PetscInt> place_of_corner_;
   Rims rims_;                  ///< of chambers that vent
   std::vector<int> has_hole_;  ///< of each chamber

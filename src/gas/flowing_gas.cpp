@@ -14,7 +14,7 @@ inline namespace gas {
 
 namespace {
 
-/// W of a chamber that nothing is joined to, at the end of a step in which its pressure moves its wall.
+/// W of a chamber that is not joined, at the end of a step in which its pressure moves its wall [m^3].
 double moved_wall(const Chambers& chambers, const GasExchange& exchange, int chamber, double volume, double compliance,
                   double time) {
   if (chambers.prescribes_volume(chamber)) {
@@ -97,7 +97,7 @@ void FlowingGas::make_network() {
   find_sides_of_walls();
 }
 
-/// The links of all objects, each once; sets which of them each object's links are.
+/// The links of all objects, each once; sets link_of_.
 std::vector<GasNetwork::Link> FlowingGas::network_links() {
   std::vector<GasNetwork::Link> links;
   link_of_.assign(objects(), {});
@@ -229,7 +229,7 @@ Eigen::MatrixXd FlowingGas::slopes(const GasNetwork::Step& step, const GasNetwor
       }
     }
   }
-  // The pressure across a wall is that inside less that outside, and its W counts in the volumes likewise.
+  // Pressure across a wall: inside less outside; W adds to the volume inside and reduces that outside.
   const auto walls = static_cast<Eigen::Index>(sides_of_walls_.size());
   Eigen::MatrixXd of_walls(of_vessels.rows(), walls);
   Eigen::MatrixXd result(walls, walls);
@@ -285,8 +285,8 @@ GasExchange FlowingGas::end_step(std::size_t object, const Walls& walls, const W
                                    own_end(object, end));
 }
 
-/// W of an object's chambers at the end of a step if nothing were joined to them; of chambers inside others, and of
-/// those round them, at its beginning.
+/// First guess of W at the end of a step: as if no chamber were joined; of chambers inside others, and of those round
+/// them, W at the beginning.
 Eigen::VectorXd FlowingGas::walls_moved_alone(std::size_t object, const Response& response, double time) const {
   const Chambers& own = chambers(object);
   const GasExchange& exchange = this->exchange(object);
@@ -327,8 +327,7 @@ FlowingGas::Walls FlowingGas::moved_walls(Walls walls, const std::vector<Respons
   return walls;
 }
 
-/// Newton's method for the walls of joined chambers that pressures move, whose residual is W - `walls` - `compliance`
-/// q.
+/// Solves W - `walls` - `compliance` q = 0 by Newton's method for the joined chambers whose walls respond to pressures.
 void FlowingGas::balance_walls(Walls& walls, const std::vector<MovedWall>& moved, double time) const {
   const auto count = static_cast<Eigen::Index>(moved.size());
   std::vector<Eigen::Index> numbers;

@@ -41,7 +41,7 @@ void require_valid(const std::string& name, const LinkOptions& options) {
   }
 }
 
-/// What depends on one vessel's amount, heat and volume, in this order.
+/// Derivatives by one vessel's amount, heat and volume, in this order.
 using ByState = std::array<double, 3>;
 
 /// Whether the residual of the equations is only the rounding of amounts and heats. That can be large where a wide link
@@ -57,7 +57,7 @@ bool is_rounding(const Eigen::VectorXd& rest, const Eigen::SparseMatrix<double>&
   return (rest.array().abs() <= rounding.array()).all();
 }
 
-/// The share of a descent, amounts and heats vessel after vessel, that leaves a tenth of each vessel's gas; at most 1.
+/// Largest share, at most 1, of a descent (amount and heat of each vessel) that leaves each vessel a tenth of its gas.
 double largest_share(const std::vector<VesselGas>& gas, const Eigen::VectorXd& descent) {
   constexpr double most_lost = 0.9;
   double share = 1;
@@ -79,7 +79,7 @@ std::vector<VesselGas> moved_by(std::vector<VesselGas> gas, const Eigen::VectorX
 
 }  // namespace
 
-/// Pressure and temperature of a vessel, and by what they change.
+/// Pressure and temperature of a vessel, and their derivatives.
 struct GasNetwork::Local {
   double pressure = 0;
   double temperature = 0;
@@ -103,7 +103,7 @@ struct GasNetwork::Balance {
   std::vector<Eigen::Triplet<double>> by_gas;  ///< by amount and heat
   std::vector<Eigen::Triplet<double>> by_volume;
   std::vector<Local> local;
-  // What flows through links and leaks, and what walls give, in the step.
+  // Flows through links and leaks, and heat of the walls, in the step.
   Eigen::VectorXd flow;           ///< [mol]
   Eigen::VectorXd enthalpy;       ///< [J]
   Eigen::VectorXd leak;           ///< [mol]
@@ -209,7 +209,7 @@ class GasNetwork::Assembly {
   Balance balance_;
 };
 
-/// The change of amount and heat since the beginning of the step.
+/// Adds the change of amount and heat since the beginning of the step.
 void GasNetwork::Assembly::add_storage(int vessel, const VesselGas& gas) {
   const VesselGas& start = step_.gas[vessel];
   balance_.local.push_back(network_.local(vessel, step_, gas));
@@ -227,7 +227,7 @@ void GasNetwork::Assembly::add_derivatives(int row, double factor, int of, const
   }
 }
 
-/// The energy balance of a vessel: adds a flow of energy into it [J/s], with its derivatives.
+/// Adds a flow of energy [J/s] and its derivatives to the energy balance of a vessel.
 void GasNetwork::Assembly::add_energy(int of, double energy, const Derivatives& by) {
   const Vessel& vessel = network_.vessel(of);
   if (vessel.keeps_temperature) {
@@ -243,8 +243,8 @@ void GasNetwork::Assembly::add_energy(int of, double energy, const Derivatives& 
   add_derivatives(2 * of + 1, factor * energy, of, {0, 0, (vessel.gamma - 1) / (2 * step_.volume[of])});
 }
 
-/// The mass balance of the vessels at both ends of a flow, and their energy balance by the enthalpy that it carries.
-/// @param amount set to what flows in the step [mol] @param enthalpy set to what it carries [J]
+/// Adds a flow to the mass balances of the vessels at its ends, and its enthalpy to their energy balances.
+/// @param amount set to the flow in the step [mol] @param enthalpy set to the carried enthalpy [J]
 void GasNetwork::Assembly::add_flow(int from, int to, const Flow& flow, double& amount, double& enthalpy) {
   const double gamma = network_.vessel(from != ambient ? from : to).gamma;
   const double capacity = gas_constant * gamma / (gamma - 1);  // c_p
@@ -269,7 +269,7 @@ void GasNetwork::Assembly::add_flow(int from, int to, const Flow& flow, double& 
   }
 }
 
-/// The flow through an orifice, or the one that the link's options give.
+/// The flow of a link: through its orifice, or that of its pump.
 GasNetwork::Flow GasNetwork::Assembly::through_link(const Link& link) const {
   const LinkOptions& options = link.options;
   if (options.area) {
@@ -400,7 +400,7 @@ GasNetwork::End GasNetwork::solve(const Step& step) const {
   return end_of(std::move(balance), std::move(gas), moved <= tolerance);
 }
 
-/// The end of a step at which its equations have been solved, or have not.
+/// Collects the solution of a step; pressures are NaN if it has not converged.
 GasNetwork::End GasNetwork::end_of(Balance balance, std::vector<VesselGas> gas, bool converged) const {
   End end;
   end.converged = converged;

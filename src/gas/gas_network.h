@@ -14,26 +14,25 @@ inline namespace gas {
 /// The gas in a vessel of a network, without its volume.
 struct VesselGas {
   double amount = 0;  ///< n [mol]
-  /// n times the temperature that the gas would have in the vessel's reference volume if brought there adiabatically;
-  /// of a vessel that keeps its temperature n T [mol K].
+  /// n times the temperature that the gas would have after adiabatic change to the vessel's reference volume; n T for a
+  /// vessel that keeps its temperature [mol K].
   double heat = 0;
 };
 
-/// Vessels of ideal gas and the links between them and the ambient air: amounts and energies at the end of a step for
-/// which the vessels' volumes at its end are known. Nothing about walls and ranks is known here.
+/// Vessels of ideal gas and the links between them and the ambient air: solves for amounts and energies at the end of a
+/// step from the vessels' volumes there. Independent of walls and ranks.
 ///
 /// The step is one of implicit Euler,
 ///
 ///     n - n^0 = h sum_l q_l,    U - U^0 + (work from V^0 to V) = h sum_l q_l c_p T_l + h H (T_w - T),
 ///
 /// with the flows q_l, all temperatures and pressures at its end: however wide a link is, the step does not pass the
-/// equilibrium. T_l is the temperature upstream; what flows in does the work of being pushed in, and so brings c_p T.
-/// For a vessel that keeps its temperature the second equation is left out. Mass and energy that leave one vessel
-/// arrive in another to the last digit, since both come from the same flow.
+/// equilibrium. T_l is the temperature upstream; the flow carries enthalpy, c_p T. For a vessel that keeps its
+/// temperature the second equation is left out. Mass and energy that leave one vessel arrive in another to the last
+/// digit, since both come from the same flow.
 ///
-/// The work is that of the gas of the step's start up to the volume sqrt(V^0 V), where energy comes in, and of the gas
-/// of its end from there on, both without heat: of second order in the change of volume and of amount, and without flow
-/// exactly isentropic.
+/// The work is the adiabatic one of the gas at the step's start up to the volume sqrt(V^0 V), and of the gas at its end
+/// from there on: of second order in the changes of volume and amount, and without flow exactly isentropic.
 class GasNetwork {
  public:
   struct Vessel {
@@ -54,13 +53,13 @@ class GasNetwork {
   struct Leak {
     int vessel = 0;
     double area = 0;        ///< times the discharge coefficient [m^2]
-    double rise = 0;        ///< of the difference of pressures there above that of the vessels [Pa]
+    double rise = 0;        ///< pressure difference at the leak less that between the vessels [Pa]
     int outside = ambient;  ///< number of a vessel
   };
 
   /// The data of a step before it is solved.
   struct Step {
-    std::vector<VesselGas> gas;    ///< n^0 and so on; of what is given in time, its part at the step's end
+    std::vector<VesselGas> gas;    ///< at the start, but with prescribed amounts of the step's end
     Eigen::VectorXd volume;        ///< at the end [m^3]
     Eigen::VectorXd start_volume;  ///< V^0 [m^3]
     Eigen::VectorXd temperature;   ///< at the end, of vessels that keep it [K]
@@ -70,22 +69,22 @@ class GasNetwork {
     double time = 0;                   ///< at the end [s]
     double h = 0;                      ///< length [s]
   };
-  /// How it ends.
+  /// The solution of a step.
   struct End {
     bool converged = true;  ///< whether amounts and energies are in balance to rounding
     std::vector<VesselGas> gas;
     Eigen::VectorXd pressure;       ///< absolute [Pa]
     Eigen::VectorXd temperature;    ///< [K]
     Eigen::VectorXd flow;           ///< through each link, from `from` to `to` [mol]
-    Eigen::VectorXd enthalpy;       ///< that it carried [J]
-    Eigen::VectorXd leak;           ///< out of each vessel through leaks, its own and those into it [mol]
+    Eigen::VectorXd enthalpy;       ///< carried through each link [J]
+    Eigen::VectorXd leak;           ///< net, out of each vessel through leaks [mol]
     Eigen::VectorXd leak_enthalpy;  ///< [J]
-    Eigen::VectorXd wall_heat;      ///< that each wall gave [J]
+    Eigen::VectorXd wall_heat;      ///< from each wall into the gas [J]
   };
 
   GasNetwork() = default;
   /// @throws Error that names the link and the key: no chamber at either end, the same at both, neither or both of area
-  /// and flow, key points that are none, a share that is open beyond 0 to 1, a negative flow, chambers of unlike gamma
+  /// and flow, invalid key points, an open share outside 0 to 1, a negative flow, chambers of different gamma
   GasNetwork(std::vector<Vessel> vessels, std::vector<Link> links, const GasOptions& gas);
 
   int count() const { return static_cast<int>(vessels_.size()); }

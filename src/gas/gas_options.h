@@ -24,25 +24,25 @@ inline const std::vector<std::string>& names_of(GasLaw) {
   return names;
 }
 
-/// What gas flows through between two chambers, or a chamber and the ambient air: a hole, a tube, a valve or a pump.
+/// A link between two chambers, or a chamber and the ambient air: a hole, a tube, a valve or a pump.
 struct LinkOptions {
   std::string from;                   ///< name of a chamber; empty: the ambient air
-  std::string to;                     ///< likewise
+  std::string to;                     ///< name of a chamber; empty: the ambient air
   std::optional<double> area;         ///< of the narrowest place [m^2]
   double discharge = 1;               ///< coefficient of the flow, of a sharp edge 0.6
   Rows opens;                         ///< key points (time [s], share of the area that is open); empty: all of it
   bool one_way = false;               ///< nothing flows back from `to`
   Rows flow;                          ///< of a pump, in place of an area: key points (time [s], flow [mol/s])
-  std::optional<double> temperature;  ///< of what a pump brings from outside; that of the ambient air unless given [K]
+  std::optional<double> temperature;  ///< of gas that a pump brings from outside; none: of the ambient air [K]
 };
 
 void describe(OptionTable& table, LinkOptions& options);
 
-/// The gas of all chambers, and what joins them.
+/// The gas of all chambers and their links.
 struct GasOptions {
   Choice<GasTangent> tangent = GasTangent::exact;
   double ambient_pressure = 101325;     ///< outside, absolute [Pa]
-  double ambient_temperature = 293.15;  ///< of what flows in from outside [K]
+  double ambient_temperature = 293.15;  ///< of the air that flows in from outside [K]
   bool buoyancy = false;                ///< gas lighter than the air lifts
   double molar_mass = 0.0289647;        ///< M of the gas [kg/mol]
   std::map<std::string, LinkOptions> links;
@@ -56,14 +56,14 @@ struct ChamberOptions {
   /// relative: the paper's p = p0 V0/V with nothing outside (eq. 14); isothermal: p V = n R T against ambient pressure;
   /// adiabatic: p V^gamma constant but for n; pressure, volume: prescribed.
   Choice<GasLaw> law = GasLaw::relative;
-  int vertex = -1;              ///< persistent id of a vertex of its piece; -1: every piece that no chamber names
+  int vertex = -1;              ///< persistent id of a vertex of the piece; -1: every piece that no chamber names
   Rows pressure;                ///< relative: p0, absolute with nothing outside; pressure: gauge, across the wall [Pa]
   Rows amount;                  ///< n [mol]
-  Rows amount_ratio;            ///< n over what fills V0 at ambient pressure and the temperature at time 0
+  Rows amount_ratio;            ///< n over the amount in V0 at ambient pressure and the temperature at time 0
   Rows temperature;             ///< T(t); adiabatic: one row, T0 [K]
-  std::string inside;           ///< name of the chamber round it; empty: the ambient air is
+  std::string inside;           ///< name of the chamber round this one; empty: the ambient air
   std::optional<double> gamma;  ///< adiabatic exponent, 1.4 unless given
-  std::optional<double> hole_discharge;  ///< of what flows through holes of the wall; none: it must be closed
+  std::optional<double> hole_discharge;  ///< coefficient of flow through holes; none: the wall must be closed
   double permeability = 0;               ///< share of the wall's area through which gas seeps as through holes
   double heat_transfer = 0;              ///< adiabatic: coefficient between wall and gas [W/(m^2 K)]
   double wall_temperature = 293.15;      ///< of a wall that has no temperature of its own [K]

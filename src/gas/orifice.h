@@ -3,7 +3,7 @@
 namespace pellicle {
 inline namespace gas {
 
-/// What flows through an orifice, and its derivatives.
+/// Flow through an orifice and its derivatives.
 struct OrificeFlow {
   double flow = 0;            ///< [mol/s]
   double by_upstream = 0;     ///< by the pressure upstream [mol/(s Pa)]
@@ -18,15 +18,15 @@ struct OrificeFlow {
 ///
 /// where r is not less than (2/(g + 1))^(g/(g - 1)), at which the flow is choked. Within a millionth of r = 1 it is in
 /// proportion to the difference of the pressures, so that its derivatives are finite everywhere.
-/// @param area its area times the discharge coefficient [m^2]
-/// @param upstream absolute pressure [Pa], not below @param downstream likewise [Pa]
+/// @param area of the orifice times the discharge coefficient [m^2]
+/// @param upstream absolute pressure [Pa] @param downstream absolute pressure, at most `upstream` [Pa]
 /// @param temperature upstream [K] @param gamma ratio of the heat capacities @param molar_mass M [kg/mol]
 OrificeFlow orifice_flow(double area, double upstream, double downstream, double temperature, double gamma,
                          double molar_mass);
 
 /// Force of the jet on the surface that it leaves, over the area times the discharge coefficient: the momentum of the
 /// flow and, where it is choked, the excess of its pressure over that outside [Pa]. 0 if nothing flows out. Arguments
-/// as above.
+/// as for orifice_flow.
 double jet_thrust(double upstream, double downstream, double gamma);
 
 }  // namespace gas

@@ -24,7 +24,7 @@ struct NamedSide {
   unsigned planes_of_to;
 };
 
-/// On what lies in all of some planes with a common point.
+/// Projector on the directions that lie in all of some planes.
 Eigen::Matrix3d projector_on(unsigned planes, const std::vector<Eigen::Vector3d>& normals) {
   constexpr double nearness = 1e-6;  // normals that differ less are the same
   Eigen::Matrix3d projector = Eigen::Matrix3d::Identity();
@@ -37,7 +37,7 @@ Eigen::Matrix3d projector_on(unsigned planes, const std::vector<Eigen::Vector3d>
   return projector;
 }
 
-/// Those of the sides that are not there the other way round, too.
+/// The sides whose opposites are not among them.
 std::vector<NamedSide> without_opposites(const std::vector<NamedSide>& sides) {
   std::set<std::pair<PetscInt, PetscInt>> all;
   for (const NamedSide& side : sides) {
@@ -56,7 +56,7 @@ Rims::Rims(const Surface& surface, const std::vector<int>& chamber, const Eigen:
            const SymmetryPlanes& planes)
     : surface_(&surface), origin_(origin) {
   std::vector<NamedSide> own;
-  const auto owned = static_cast<std::size_t>(surface.triangles_per_element * surface.elements.owned);
+  const std::size_t owned = surface.triangles_per_element * surface.elements.owned;
   for (std::size_t triangle = 0; triangle < owned; ++triangle) {
     for (std::size_t k = 0; k < 3 && chamber[triangle] >= 0; ++k) {
       const PetscInt from = surface.triangles[triangle][k];
@@ -67,7 +67,7 @@ Rims::Rims(const Surface& surface, const std::vector<int>& chamber, const Eigen:
       }
     }
   }
-  // What is left on a rank has a neighbour on another one, or none.
+  // The remaining sides of a rank have a neighbour on another rank, or none.
   const std::vector<NamedSide> all = without_opposites(of_all_ranks(surface.comm(), without_opposites(own)));
   if (all.empty()) {
     return;
@@ -137,9 +137,9 @@ Rims::Rims(const Surface& surface, const std::vector<int>& chamber, const Eigen:
   }
 }
 
-/// Collective.
+/// The cap of each rim. Collective.
 std::vector<Rims::Cap> Rims::caps(const Field& positions) const {
-  // Places about the origin: of the sides' middles their sum, of (to x from) / 2, and of (to - from) / 2.
+  // Sums about the origin: of the sides' middles, of (to x from) / 2, and of (to - from) / 2.
   Eigen::Matrix<double, 9, Eigen::Dynamic> sums =
       Eigen::Matrix<double, 9, Eigen::Dynamic>::Zero(9, static_cast<Eigen::Index>(rims_.size()));
   for (const Side& side : sides_) {
@@ -158,7 +158,7 @@ std::vector<Rims::Cap> Rims::caps(const Field& positions) const {
     const auto sum = sums.col(static_cast<Eigen::Index>(rim));
     const Eigen::Vector3d middle = rims_[rim].projector * sum.head<3>() / rims_[rim].sides;
     const Eigen::Vector3d cone = sum.segment<3>(3);
-    // Of the whole loop the parts across the planes cancel.
+    // In the whole loop the parts across the planes cancel.
     const Eigen::Vector3d area = rims_[rim].projector * (cone + middle.cross(Eigen::Vector3d(sum.tail<3>())));
     caps.push_back({origin_ + middle, area, middle.dot(cone) / 3});
   }

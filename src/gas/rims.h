@@ -11,33 +11,33 @@
 namespace pellicle {
 inline namespace gas {
 
-/// The rims of what is left of the walls of chambers: closed loops of sides of triangles that have no neighbour. A cap
-/// closes each: triangles from the middle of its sides to its sides, which move with it. So a wall with holes encloses
-/// a volume. A pressure acts on the existing wall, not on the caps.
+/// The rims of chambers' walls with holes: closed loops of sides of living triangles without a neighbour. A cap closes
+/// each rim: triangles from the mean of its sides to the sides. So a wall with holes encloses a volume. A pressure acts
+/// on the existing wall, not on the caps.
 ///
 /// Sides in a symmetry plane are not rims: the mirror image continues there. A rim that ends in planes is a part of a
 /// loop, whose middle lies in them.
 class Rims {
  public:
-  /// There are none.
+  /// No rims.
   Rims() = default;
-  /// Collective. The surface must outlive the rims. @param chamber of each local triangle, -1: it bounds none
-  /// @param origin a point of all planes, or any; volumes are about it [m]
+  /// Finds the rims. Collective. The surface must outlive them. @param chamber of each local triangle, -1: none
+  /// @param origin a point of all planes, about which volumes are taken; without planes any point [m]
   Rims(const Surface& surface, const std::vector<int>& chamber, const Eigen::Vector3d& origin,
        const SymmetryPlanes& planes);
 
   bool empty() const { return rims_.empty(); }
-  /// Adds what the caps enclose to the volumes of the chambers [m^3]. Collective.
+  /// Adds the volumes below the caps to those of the chambers [m^3]. Collective.
   void add_volumes(const Field& positions, Eigen::VectorXd& volumes) const;
-  /// What a cap closes.
+  /// A hole that a cap closes.
   struct Hole {
     int chamber;
     double area;             ///< of the cap [m^2]
     Eigen::Vector3d middle;  ///< [m]
   };
-  /// The same on every rank. Collective.
+  /// The holes of all ranks, the same on every rank. Collective.
   std::vector<Hole> holes(const Field& positions) const;
-  /// Their sides, of all local triangles: 3 times the triangle plus the corner where it begins.
+  /// Sides of local triangles on rims: 3 times the triangle plus the corner at which the side begins.
   const std::vector<PetscInt>& sides() const { return sides_of_triangles_; }
   /// Adds forces of `thrust` [Pa] times the area of each cap, from outside, shared out among the vertices of its rim,
   /// (3 x owned) [N]. Collective. @param thrust of each chamber
@@ -56,7 +56,7 @@ class Rims {
   struct Rim {
     int chamber = -1;
     double sides = 0;                                         ///< how many
-    Eigen::Matrix3d projector = Eigen::Matrix3d::Identity();  ///< on the planes that it ends in
+    Eigen::Matrix3d projector = Eigen::Matrix3d::Identity();  ///< on the symmetry planes in which the rim ends
   };
 
   std::vector<Cap> caps(const Field& positions) const;

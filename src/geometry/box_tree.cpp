@@ -12,7 +12,7 @@ namespace {
 
 constexpr int most_of_leaf = 4;
 
-/// More than what rounding a number to a float changes.
+/// Bound of the relative error of rounding to a float.
 float rounding(float value) {
   return std::abs(value) * std::numeric_limits<float>::epsilon() + std::numeric_limits<float>::min();
 }

@@ -26,13 +26,13 @@ struct Bounds {
 };
 
 /// Finds which of many boxes meet: a binary tree of bounding boxes, halved along the longest side of their middles, in
-/// n log n. A pair may be given that is apart by rounding. Whether a pair is given depends on its two boxes alone.
+/// n log n. A pair may be found that is apart by rounding; whether it is found depends on its two boxes alone.
 class BoxTree {
  public:
   BoxTree() = default;
   explicit BoxTree(const std::vector<Bounds>& boxes);
 
-  /// The boxes have moved a little: the tree keeps its shape.
+  /// Updates the tree after small motions of the boxes; its shape is kept.
   /// @param boxes as many as before
   void move_to(const std::vector<Bounds>& boxes);
 
@@ -44,7 +44,7 @@ class BoxTree {
           0, [](int) { return true; }, take);
     }
   }
-  /// The same for those two of which at least one is marked.
+  /// Calls `take` for every two boxes that meet and of which at least one is marked.
   template <class Take>
   void visit_pairs_of(const std::vector<bool>& marked, const Take& take) const {
     if (nodes_.empty()) {
@@ -76,12 +76,12 @@ class BoxTree {
     bool is_leaf() const { return left < 0; }
   };
   const Node& node(int number) const { return nodes_[number]; }
-  const Bounds& bounds(int item) const { return bounds_[static_cast<std::size_t>(item)]; }
-  int number(int item) const { return numbers_[static_cast<std::size_t>(item)]; }
+  const Bounds& bounds(int item) const { return bounds_[item]; }
+  int number(int item) const { return numbers_[item]; }
 
   int build(int first, int end, const std::vector<Eigen::Array4f>& middles);
 
-  /// @param counts whether a node holds anything that is asked for
+  /// @param counts whether a node holds boxes to be visited
   template <class Counts, class Take>
   void visit_within(int of, const Counts& counts, const Take& take) const {
     if (!counts(of)) {
@@ -129,7 +129,7 @@ class BoxTree {
 
   std::vector<Node> nodes_;     ///< the root first
   std::vector<Bounds> bounds_;  ///< of the items, leaf after leaf
-  std::vector<int> numbers_;    ///< of their boxes
+  std::vector<int> numbers_;    ///< of the items' boxes
 };
 
 }  // namespace geometry

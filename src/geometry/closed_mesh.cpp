@@ -116,7 +116,7 @@ void ClosedMesh::build(int begin, int end) {
   build(middle, end);
 }
 
-/// Outward direction at a corner, a side or the face, whichever a point of a triangle is on.
+/// Outward direction at the corner, side or face on which a point of a triangle lies.
 /// @param weights of the triangle's corners at 1 to 3, not all 0
 const Eigen::Vector3d& ClosedMesh::normal_at(std::size_t triangle, const std::array<double, 4>& weights) const {
   for (std::size_t k = 0; k < 3; ++k) {
@@ -156,7 +156,7 @@ SignedDistance ClosedMesh::signed_distance(const Eigen::Vector3d& point) const {
       continue;
     }
     for (int i = node.begin; i < node.end; ++i) {
-      const auto triangle = static_cast<std::size_t>(order_[i]);
+      const std::size_t triangle = order_[i];
       const auto& corners = triangles_[triangle];
       const NearestPoints found =
           nearest_of_point_and_triangle({point, points_[corners[0]], points_[corners[1]], points_[corners[2]]});
@@ -169,7 +169,7 @@ SignedDistance ClosedMesh::signed_distance(const Eigen::Vector3d& point) const {
   }
   const double length = arm.norm();
   const double sign = arm.dot(outward) < 0 ? -1 : 1;
-  // An arm as short as the rounding of the places has no direction.
+  // An arm no longer than the rounding of the places has no direction.
   const double rounding = 1e-12 * (1 + point.cwiseAbs().maxCoeff() + nodes_.front().box.sizes().maxCoeff());
   const Eigen::Vector3d normal =
       length > rounding ? Eigen::Vector3d(arm * (sign / length)) : Eigen::Vector3d(outward.normalized());

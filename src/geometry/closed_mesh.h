@@ -13,29 +13,29 @@ inline namespace geometry {
 
 using Triangles = std::vector<std::array<int, 3>>;
 
-/// In words, why triangles are not a closed surface with normals outward; empty: they are one.
+/// Message if triangles are not a closed surface with normals outward; otherwise empty.
 std::string fault_of_closed_mesh(const std::vector<Eigen::Vector3d>& points, const Triangles& triangles);
 
 /// A solid given by triangles round it, in a tree of boxes.
 class ClosedMesh {
  public:
   /// @param points [m] @param triangles a closed surface with normals outward (fault_of_closed_mesh); those without
-  /// area do not count
+  /// area are left out
   ClosedMesh(std::vector<Eigen::Vector3d> points, Triangles triangles);
 
-  /// The sign is that of the angle-weighted normal at the nearest point (Baerentzen and Aanaes 2005).
+  /// Distance with the sign by the angle-weighted normal at the nearest point (Baerentzen and Aanaes 2005).
   SignedDistance signed_distance(const Eigen::Vector3d& point) const;
 
-  const Eigen::AlignedBox3d& box() const { return nodes_.front().box; }  ///< round all of it [m]
+  const Eigen::AlignedBox3d& box() const { return nodes_.front().box; }  ///< box round the mesh [m]
   const std::vector<Eigen::Vector3d>& points() const { return points_; }
   const Triangles& triangles() const { return triangles_; }
 
  private:
   struct Node {
     Eigen::AlignedBox3d box;
-    int begin = 0;  ///< of its triangles in `order_`
+    int begin = 0;  ///< first triangle in `order_`
     int end = 0;
-    int second = 0;  ///< node of the second child, the first follows on the node; 0: a leaf
+    int second = 0;  ///< second child, while the first follows the node; 0: a leaf
   };
   void build(int begin, int end);
   const Eigen::Vector3d& normal_at(std::size_t triangle, const std::array<double, 4>& weights) const;

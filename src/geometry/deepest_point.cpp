@@ -14,7 +14,7 @@ namespace {
 /// A part of the triangle, as weights of its corners.
 struct Part {
   Triangle weights;
-  double bound = 0;  ///< the distance in it is no less [m]
+  double bound = 0;  ///< lower bound of the distance in the part [m]
 
   bool operator<(const Part& other) const { return bound > other.bound; }  // for a heap with the least bound in front
 };
@@ -27,7 +27,7 @@ class Search {
     return weights[0] * corners_[0] + weights[1] * corners_[1] + weights[2] * corners_[2];
   }
 
-  /// Looks at a point. @returns the distance there
+  /// Evaluates a point. @returns the distance there
   SignedDistance look(const Eigen::Vector3d& weights) {
     const SignedDistance gap = signed_distance(solid_, at(weights));
     if (!is_begun_ || gap.distance < best_.gap.distance) {
@@ -37,7 +37,7 @@ class Search {
     return gap;
   }
 
-  /// Looks at the middle of a part and sets its bound.
+  /// Evaluates the middle of a part and sets its bound.
   void look_at(Part& part) {
     const Eigen::Vector3d middle = (part.weights[0] + part.weights[1] + part.weights[2]) / 3;
     const SignedDistance gap = look(middle);

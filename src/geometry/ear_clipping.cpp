@@ -19,7 +19,7 @@ double doubled_area(const Vector& a, const Vector& b, const Vector& c) {
   return (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x());
 }
 
-/// The corners as seen against the area vector, in the plane across it. None if there is no area.
+/// The corners in the plane normal to the area vector, seen against it. None if there is no area.
 std::vector<Vector> flattened(const std::vector<Eigen::Vector3d>& corners) {
   Eigen::Vector3d area = Eigen::Vector3d::Zero();
   for (std::size_t k = 1; k + 1 < corners.size(); ++k) {
@@ -61,7 +61,7 @@ class Grid {
     here.erase(std::find(here.begin(), here.end(), point));
     --count_;
   }
-  /// Whether one of the points in the box round a triangle is `wanted`.
+  /// Whether `wanted` holds for any of the points in the box round a triangle.
   template <class Wanted>
   bool any_near(const Vector& low, const Vector& high, const Wanted& wanted) const {
     if (count_ == 0) {
@@ -145,7 +145,7 @@ class EarCutter {
   static constexpr std::size_t none = static_cast<std::size_t>(-1);
   /// A corner, with the properties of its ear when it was queued.
   struct Candidate {
-    double cut;  ///< squared length of the side that cutting it off leaves
+    double cut;  ///< squared length of the side that results from the cut
     std::size_t corner;
     std::size_t before;
     std::size_t after;
@@ -168,7 +168,7 @@ class EarCutter {
     }
   }
 
-  /// The best corner that can be cut off now. Corners whose ear held another one are tried again when no other is left.
+  /// The best corner to cut off. Corners whose ears contained others are tried again when no other is left.
   std::size_t next_ear() {
     for (int attempt = 0; attempt < 2; ++attempt) {
       while (!queue_.empty()) {
@@ -198,7 +198,7 @@ class EarCutter {
   }
 
   const std::vector<Vector>& corners_;
-  std::vector<std::size_t> before_;  ///< neighbours among the corners that are left
+  std::vector<std::size_t> before_;  ///< neighbours among the remaining corners
   std::vector<std::size_t> after_;   ///< none once a corner is cut off
   Grid inward_;                      ///< the corners that bend inward
   std::vector<bool> bends_inward_;

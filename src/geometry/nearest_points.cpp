@@ -9,7 +9,7 @@ inline namespace geometry {
 
 namespace {
 
-/// Where on the segment from 0 to `side`, 0 to 1, the point nearest to `place` is.
+/// Share, 0 to 1, at which the point nearest to `place` lies on the segment from 0 to `side`.
 double nearest_share(const Eigen::Vector3d& place, const Eigen::Vector3d& side) {
   const double square = side.squaredNorm();
   return square > 0 ? std::clamp(place.dot(side) / square, 0.0, 1.0) : 0;

@@ -32,9 +32,9 @@ inline Eigen::Vector3d area_vector(const Eigen::Vector3d& x1, const Eigen::Vecto
 void add_pressure_stiffness_action(double pressure, const Eigen::Vector3d x[3], const Eigen::Vector3d w[3],
                                    Eigen::Vector3d result[3]);
 
-/// What has to be added to the stiffness at a side without a neighbour to get the symmetric part of the derivative:
-/// this block from either end to the other, and twice this block at both [N/m].
-/// @param from where the side begins, in the order of its triangle's corners @param to where it ends [m]
+/// Block to be added to the stiffness at a side without a neighbour to get the symmetric part of the derivative: once
+/// from either end to the other, and twice at both ends [N/m].
+/// @param from first end of the side, in the order of its triangle's corners @param to second end [m]
 Eigen::Matrix3d rim_stiffness(double pressure, const Eigen::Vector3d& from, const Eigen::Vector3d& to);
 
 }  // namespace geometry

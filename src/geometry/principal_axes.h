@@ -8,11 +8,10 @@ inline namespace geometry {
 /// Eigenvalues, ascending, and orthonormal eigenvectors of a symmetric matrix.
 struct PrincipalAxes {
   Eigen::VectorXd values;
-  Eigen::MatrixXd axes;  ///< its columns
+  Eigen::MatrixXd axes;  ///< eigenvectors as columns
 };
 
-/// For a matrix of any size. Compiled once, since Eigen's blocked algorithms take long to compile wherever they are
-/// used.
+/// Principal axes of a matrix of any size. Compiled once, since Eigen's blocked algorithms take long to compile.
 PrincipalAxes principal_axes(const Eigen::MatrixXd& symmetric);
 
 }  // namespace geometry

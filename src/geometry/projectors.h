@@ -6,8 +6,8 @@
 namespace pellicle {
 inline namespace geometry {
 
-/// Orthogonal projectors on the directions in which vertices may move: I for most, which take no room, I - n n^T and so
-/// on, 0 where one is held.
+/// Orthogonal projectors on the directions in which vertices may move: I for most, which is stored once, I - n n^T and
+/// so on, 0 for held ones.
 class Projectors {
  public:
   Projectors() = default;
@@ -20,7 +20,7 @@ class Projectors {
   /// The vertices that are not free, in the order in which they were bound.
   const std::vector<int>& bound() const { return bound_; }
 
-  /// Binds a vertex, unless the projector is the identity. Once for each vertex.
+  /// Binds a vertex, unless the projector is the identity. At most once for each vertex.
   void bind(std::size_t vertex, const Eigen::Matrix3d& projector) {
     if (projector != Eigen::Matrix3d::Identity()) {
       place_[vertex] = static_cast<unsigned>(different_.size());
@@ -29,7 +29,7 @@ class Projectors {
     }
   }
 
-  /// @param vectors (3 x n) of the first n vertices, of which what they may follow stays
+  /// Projects vectors on the directions in which vertices may move. @param vectors (3 x n) of the first n vertices
   void apply(Eigen::Ref<Eigen::Matrix3Xd> vectors) const {
     for (const int i : bound_) {
       if (i < vectors.cols()) {
@@ -38,7 +38,7 @@ class Projectors {
     }
   }
 
-  /// Adds free vertices, or takes away the last ones, which must have been bound last.
+  /// Adds free vertices, or removes the last ones, which must have been bound last.
   void resize(std::size_t vertices) {
     while (!bound_.empty() && static_cast<std::size_t>(bound_.back()) >= vertices) {
       bound_.pop_back();
@@ -48,8 +48,8 @@ class Projectors {
   }
 
  private:
-  std::vector<unsigned> place_;                                          ///< of each vertex among the next
-  std::vector<Eigen::Matrix3d> different_{Eigen::Matrix3d::Identity()};  ///< then those of the bound vertices
+  std::vector<unsigned> place_;                                          ///< index of each vertex in different_
+  std::vector<Eigen::Matrix3d> different_{Eigen::Matrix3d::Identity()};  ///< identity, then those of the bound vertices
   std::vector<int> bound_;
 };
 

@@ -7,7 +7,7 @@
 namespace pellicle {
 inline namespace geometry {
 
-/// Where a rigid solid is: its own frame in the world.
+/// Pose of a rigid solid: its own frame in the world.
 struct Pose {
   Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();  ///< rotation matrix
   Eigen::Vector3d place = Eigen::Vector3d::Zero();     ///< of the own frame's origin [m]
@@ -19,10 +19,10 @@ struct Pose {
 /// The rotation about the direction of `vector` by its length [rad].
 Eigen::Matrix3d rotation_matrix(const Eigen::Vector3d& vector);
 
-/// The smallest rotation that turns one direction into another; of opposite ones half a turn about some axis across.
+/// The smallest rotation that turns one direction into another; for opposite ones half a turn about any normal axis.
 Eigen::Matrix3d rotation_between(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
 
-/// How a solid moves: its origin along key points or at a constant velocity, and it turns about its origin by a
+/// Motion of a solid: its origin moves along key points or at a constant velocity, and it turns about the origin by a
 /// rotation vector with key points or at a constant angular velocity.
 struct RigidMotion {
   Pose start;                                                  ///< at time 0, but for `path` and `rotation`
@@ -31,11 +31,11 @@ struct RigidMotion {
   Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  ///< [rad/s]
   std::vector<std::vector<double>> rotation;  ///< time [s], x, y, z [rad]: a vector, linear between rows
 
-  /// At a time [s].
+  /// The pose at a time [s].
   Pose at(double time) const;
 };
 
-/// Why a motion is invalid: empty, or words to follow the key of what moves, as fault_of_motion gives them.
+/// Message if a motion is invalid; otherwise empty. It follows the key of the moving object, as for fault_of_motion.
 std::string fault_of(const RigidMotion& motion);
 
 }  // namespace geometry

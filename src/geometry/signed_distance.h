@@ -5,7 +5,7 @@
 namespace pellicle {
 inline namespace geometry {
 
-/// How far a point is outside a solid (negative: inside) and which way is out.
+/// Signed distance of a point from a solid, negative inside, with the outward direction.
 struct SignedDistance {
   double distance = 0;     ///< [m]
   Eigen::Vector3d normal;  ///< unit vector, gradient of the distance

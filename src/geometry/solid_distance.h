@@ -7,8 +7,8 @@
 namespace pellicle {
 inline namespace geometry {
 
-// Distances of a point from the surface of a solid that lies in its own frame, negative inside [m]. Formulas of
-// I. Quilez, "Distance functions" (iquilezles.org). Exact but for the ellipsoid.
+// Distances of a point from the surface of a solid that lies in its own frame, negative inside [m]. Formulas of I.
+// Quilez, "Distance functions" (iquilezles.org). Exact, except for the ellipsoid.
 
 /// A ball round the origin.
 inline double distance_from_sphere(const Eigen::Vector3d& point, double radius) { return point.norm() - radius; }

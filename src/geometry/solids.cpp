@@ -9,7 +9,7 @@ inline namespace geometry {
 
 namespace {
 
-/// The unit vector along a vector, or another where that has no direction.
+/// The unit vector along a vector, or `otherwise` if the vector is 0.
 Eigen::Vector3d direction_of(const Eigen::Vector3d& vector, double length, const Eigen::Vector3d& otherwise) {
   return length > 0 ? Eigen::Vector3d(vector / length) : otherwise;
 }

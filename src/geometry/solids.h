@@ -68,8 +68,8 @@ SignedDistance signed_distance(const Solid& solid, const Eigen::Vector3d& point)
 /// A box along the axes of the shape's own frame round all of it; infinite sideways and below for a half space [m].
 Eigen::AlignedBox3d box_round(const Shape& shape);
 
-/// How deep the inside of a shape is: about the largest depth of a point on its way through the thinnest part. Infinite
-/// for a half space [m].
+/// Depth of a shape, about the largest depth of a point on a way through its thinnest part; infinite for a half space
+/// [m].
 double depth_of(const Shape& shape);
 
 }  // namespace geometry

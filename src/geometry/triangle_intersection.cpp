@@ -9,7 +9,7 @@ inline namespace geometry {
 
 namespace {
 
-/// Six times the signed volume of the tetrahedron a b c d; 0 where it may be rounding, that is if all lie in one plane.
+/// Six times the signed volume of the tetrahedron a b c d; 0 if it may be rounding, that is if all lie in one plane.
 double orientation(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
                    const Eigen::Vector3d& d) {
   const Eigen::Vector3d u = b - a, v = c - a, w = d - a;

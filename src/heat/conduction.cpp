@@ -31,7 +31,7 @@ Conduction::Conduction(const Surface& surface, const HeatOptions& options,
       conducts_(options.diffusivity > 0),
       tolerance_(options.ksp_rtol),
       solver_prefix_(options.solver_prefix),
-      diffusivity_(static_cast<std::size_t>(surface.particles.local()), options.diffusivity),
+      diffusivity_(surface.particles.local(), options.diffusivity),
       product_(surface.particles.owned),
       exchange_(surface.particles, 1),
       estimate_(surface.particles, 1) {

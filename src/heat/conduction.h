@@ -14,11 +14,11 @@
 namespace pellicle {
 inline namespace heat {
 
-/// What conduction needs to know of a step, with ghosts up to date.
+/// Data of a step for conduction, with ghosts up to date.
 struct ConductionInput {
   const Field& positions;  ///< [m], (3 x local)
-  const Field& mass;       ///< [kg], (1 x local); the consistent operator alone reads it
-  const Living& living;    ///< what has not burnt
+  const Field& mass;       ///< [kg], (1 x local); used by the consistent operator alone
+  const Living& living;    ///< triangles and springs that have not burnt
   double time_step = 0;    ///< h [s]
 };
 
@@ -30,8 +30,8 @@ struct ConductionInput {
 /// constant to rounding. While some r_i / capacity_i exceeds `heat.ksp_rtol` times the range of temperatures, and
 /// rounding, the system is solved for r again.
 ///
-/// A particle that no longer has a neighbour to conduct to keeps its temperature.
-/// The matrix is assembled (pattern once, values each step) or matrix-free; KSP prefix `heat_`.
+/// A particle without living neighbours keeps its temperature. The matrix is assembled (pattern once, values each step)
+/// or matrix-free; KSP prefix `heat_`.
 class Conduction {
  public:
   /// @param surface must outlive this object
@@ -40,8 +40,8 @@ class Conduction {
   Conduction(const Conduction&) = delete;  // The shell matrix points to this object.
   Conduction& operator=(const Conduction&) = delete;
 
-  /// One step. The temperatures stay as they were when the linear solve fails. @returns the iterations of all solves
-  /// and, when it failed, the reason. Collective.
+  /// Advances the temperatures by a step; they do not change if the linear solve fails. @returns the iterations of all
+  /// solves and, on failure, the reason. Collective.
   StageResult advance(Field& temperature, const ConductionInput& input);
 
  private:
@@ -52,7 +52,7 @@ class Conduction {
   void multiply(const double* x, double* product);
   void multiply_vector(Vec x, Vec product);
   void copy_diagonal(Vec out) const;
-  /// How large the residual of a particle's balance may be, as a change of its temperature [K]. Collective.
+  /// Largest allowed residual of a particle's balance, as a change of its temperature [K]. Collective.
   double limit_of_remainder(const Field& temperature) const;
 
   const Surface& surface_;

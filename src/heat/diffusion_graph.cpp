@@ -19,7 +19,7 @@ double triangle_area(const std::array<Eigen::Vector3d, 3>& x) { return 0.5 * (x[
 /// Pairs of an element: the sides of its triangle; of a quad its sides, then from its corners to its centre.
 std::size_t pairs_of_element(const Surface& surface) { return surface.has_quads() ? 8 : 3; }
 
-/// Which of an element's pairs are those of a drawn triangle's points 0 and 1, 0 and 2, 1 and 2.
+/// Numbers among an element's pairs of a drawn triangle's points 0 and 1, 0 and 2, 1 and 2.
 std::array<std::size_t, 3> sides_of(const Surface& surface, std::size_t triangle) {
   return surface.has_quads() ? std::array{triangle, 4 + triangle, 4 + (triangle + 1) % 4}
                              : std::array<std::size_t, 3>{0, 1, 2};
@@ -79,7 +79,7 @@ void set_umbrella(DiffusionGraph& graph, const Surface& surface, const std::vect
 }
 
 std::vector<std::array<PetscInt, 2>> cotangent_pairs(const Surface& surface) {
-  const auto per_element = static_cast<std::size_t>(surface.triangles_per_element);
+  const std::size_t per_element = surface.triangles_per_element;
   const std::size_t pairs_each = pairs_of_element(surface);
   std::vector<std::array<PetscInt, 2>> pairs(pairs_each * surface.triangles.size() / per_element);
   for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
@@ -99,7 +99,7 @@ void set_cotangent(DiffusionGraph& graph, const Surface& surface, const std::vec
   const auto mass_ratio = [&](PetscInt i) { return mass.data()[i] / surface.initial_mass[i]; };
   const auto alpha = [&](PetscInt i) { return diffusivity[i]; };
   const std::array<double, 3> share = surface.point_shares();
-  const auto per_element = static_cast<std::size_t>(surface.triangles_per_element);
+  const std::size_t per_element = surface.triangles_per_element;
   const std::size_t pairs_each = pairs_of_element(surface);
 
   for (std::size_t element = 0; element < surface.element_mass.size(); ++element) {

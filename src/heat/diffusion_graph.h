@@ -21,7 +21,7 @@ struct DiffusionGraph {
 
   /// sum_j weight_ij (T_j - T_i) of the owned particles. @param values ghosts up to date, (1 x local). Not collective.
   Eigen::VectorXd inflow(const Field& values) const;
-  /// The same, written to the first values of `sum`, (local); the values for ghosts are only a part of theirs.
+  /// Writes `inflow` to the first values of `sum`, (local); its values for ghosts are only parts of their sums.
   void add_up_inflow(const Field& values, Eigen::VectorXd& sum) const;
 };
 
@@ -30,11 +30,11 @@ std::vector<std::array<PetscInt, 2>> umbrella_pairs(const Surface& surface);
 
 /// Sets weights and capacity to the scale-dependent umbrella as printed (burning paper, eq. 3, acting on T), row i
 /// times E_i/2 so that it is symmetric: weight_ij = alpha_ij / d_ij with the present distance, not below 1e-3 of the
-/// initial length, and the mean alpha of both ends; capacity_i = E_i/2 with E_i = sum_j d_ij. Dead springs
-/// neither conduct nor count.
+/// initial length, and the mean alpha of both ends; capacity_i = E_i/2 with E_i = sum_j d_ij. Dead springs are left
+/// out.
 /// @param diffusivity alpha of the local particles [m^2/s]
 /// @param positions [m], ghosts up to date, (3 x local)
-/// @param living what has not burnt, ghosts up to date
+/// @param living springs that have not burnt, ghosts up to date
 void set_umbrella(DiffusionGraph& graph, const Surface& surface, const std::vector<double>& diffusivity,
                   const Field& positions, const Living& living);
 
@@ -52,7 +52,7 @@ std::vector<std::array<PetscInt, 2>> cotangent_pairs(const Surface& surface);
 /// @param diffusivity alpha of the local particles [m^2/s]
 /// @param positions [m], ghosts up to date, (3 x local)
 /// @param mass [kg], ghosts up to date, (1 x local); the capacity
-/// @param living what has not burnt, ghosts up to date
+/// @param living triangles that have not burnt, ghosts up to date
 void set_cotangent(DiffusionGraph& graph, const Surface& surface, const std::vector<double>& diffusivity,
                    const Field& positions, const Field& mass, const Living& living);
 

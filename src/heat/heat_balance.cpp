@@ -44,7 +44,7 @@ double release_burning_heat(Field& temperature, const Surface& surface, const Fi
 Eigen::VectorXd particle_areas(const Surface& surface, const Field& positions, const Living& living) {
   Eigen::VectorXd area = Eigen::VectorXd::Zero(surface.particles.local());
   const std::array<double, 3> share = surface.point_shares();
-  const auto per_element = static_cast<std::size_t>(surface.triangles_per_element);
+  const std::size_t per_element = surface.triangles_per_element;
   const auto x = [&positions](PetscInt particle) { return positions.vector(particle); };
   for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
     if (!living.triangles[t]) {

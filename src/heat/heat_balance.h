@@ -8,8 +8,8 @@
 namespace pellicle {
 inline namespace heat {
 
-/// sum c m_i T_i of the owned particles [J]; given a change of mass or of temperature in place of one of them, the heat
-/// that belongs to the change. Not collective: the caller sums over the ranks.
+/// sum c m_i T_i of the owned particles [J]; with a change of mass or temperature as argument, the change of heat. Not
+/// collective: the caller sums over the ranks.
 double heat_content(const Surface& surface, const Field& mass, const Field& temperature, double capacity);
 
 /// Heat released by burning (burning paper, eq. 1 with the sign corrected): T -= eta dm / m^init, where dm <= 0 is the
@@ -19,9 +19,9 @@ double release_burning_heat(Field& temperature, const Surface& surface, const Fi
                             const HeatOptions& options);
 
 /// Area of the surface that belongs to each owned particle [m^2], divided as the masses are: of a quad half to its
-/// lattice particle and an eighth to each corner, of a triangle a third to each corner. A dead triangle gives nothing.
+/// lattice particle and an eighth to each corner, of a triangle a third to each corner. Dead triangles are left out.
 /// Not collective.
-/// @param living what has not burnt, ghosts up to date
+/// @param living triangles that have not burnt, ghosts up to date
 Eigen::VectorXd particle_areas(const Surface& surface, const Field& positions, const Living& living);
 
 /// Heat that the owned particles exchanged [J].
@@ -33,7 +33,7 @@ struct HeatExchange {
 /// Exchange with the surroundings on both sides by convection and radiation,
 /// m c dT/dt = -2 A (h_c (T - T_amb) + epsilon sigma (T^4 - T_amb^4)), by the exponential midpoint rule: exact for
 /// convection, second order for radiation, never beyond T_amb. Does nothing when both are off. Collective.
-/// @param living what has not burnt, ghosts up to date
+/// @param living triangles that have not burnt, ghosts up to date
 HeatExchange exchange_with_surroundings(Field& temperature, const Surface& surface, const Field& positions,
                                         const Field& mass, const Living& living, double time_step,
                                         const HeatOptions& options);

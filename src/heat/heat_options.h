@@ -13,7 +13,7 @@ class OptionTable;
 }  // namespace base
 inline namespace heat {
 
-/// umbrella: eq. 3 as printed.
+/// Discrete Laplacian of the conduction. umbrella: eq. 3 as printed.
 enum class HeatOperator { consistent, umbrella };
 inline const std::vector<std::string>& names_of(HeatOperator) {
   static const std::vector<std::string> names{"consistent", "umbrella"};

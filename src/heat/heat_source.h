@@ -40,11 +40,11 @@ struct HeatSource {
 /// Declares the options of one source.
 void describe(OptionTable& table, HeatSource& source);
 
-/// Throws Error, which names the source, when its options contradict each other: a texture without a file, a path whose
-/// times do not increase.
+/// Checks the options of a source. @throws Error that names the source, if it is a texture without a file, or has a
+/// path whose times do not increase
 void validate(const std::string& name, const HeatSource& source);
 
-/// What a heat source needs to know of a step. Fields with ghosts up to date.
+/// Data of a step for heat sources, with ghosts up to date.
 struct HeatSourceInput {
   const Surface& surface;
   const Field& positions;              ///< at the start of the step [m]
@@ -55,10 +55,10 @@ struct HeatSourceInput {
   double capacity = 0;                 ///< c [J/(kg K)]
 };
 
-/// One step of exchange, T^ext of eq. 1; nothing when the source is not active. A ball:
-/// T += (1 - exp(-rate h)) (1 - (r/R)^2)^2 max(T_source - T, 0) at distance r < R of its centre at the start of the
-/// step; a texture with value f: T += (1 - exp(-rate f h)) max(T_source - T, 0). Particles of mass 0 have left. Not
-/// collective: ghosts are heated alike.
+/// One step of exchange with an active source, T^ext of eq. 1. A ball: T += (1 - exp(-rate h)) (1 - (r/R)^2)^2
+/// max(T_source - T, 0) at distance r < R of its centre at the start of the step; a texture with value f: T += (1 -
+/// exp(-rate f h)) max(T_source - T, 0). Particles of mass 0 have been removed. Not collective: ghosts are heated
+/// alike.
 /// @returns the heat added to the owned particles [J].
 double apply_heat_source(Field& temperature, const HeatSource& source, const HeatSourceInput& input);
 

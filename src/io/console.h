@@ -18,29 +18,28 @@ inline namespace io {
 struct Progress {
   int step = 0;
   double time = 0;      ///< [s]
-  double share = 0;     ///< of the run that is done, 0 to 1
+  double share = 0;     ///< completed part of the run, 0 to 1
   int iterations = 0;   ///< linear iterations of the step
-  std::string figures;  ///< of the chain, such as "|C| 1.2e-05 m"
+  std::string figures;  ///< further figures of the chain, such as "|C| 1.2e-05 m"
 };
 
-/// Whether a person sees what this process prints. `mpirun` always gives its ranks a terminal of its own making, so
-/// under mpirun it is mpirun's output that counts.
+/// Whether the output of this process goes to a terminal. Under mpirun, whose ranks always have a terminal of their
+/// own, the output of mpirun itself is examined.
 bool stdout_is_terminal();
 
-/// Prints what happens in a run; rank 0 prints. Where the output is no terminal and progress lines are not requested
-/// (`-output_monitor N`), nobody is taken to watch: then it prints only what a log needs, the lines of `tell`, and a
-/// progress line from time to time.
+/// Prints the messages of a run, on rank 0. If the output is no terminal and progress lines are not requested
+/// (`-output_monitor N`), the run counts as unwatched: then only the lines of `tell`, which a log needs, and a progress
+/// line from time to time are printed.
 class Console {
  public:
   /// @param monitor a progress line every so many steps; 0: every step on a terminal, none elsewhere
-  /// @param longest_silence after so long without a line the next step has a progress line, even when nobody watches
-  /// [s]
+  /// @param longest_silence time without a line after which the next step has a progress line, even if unwatched [s]
   Console(MPI_Comm comm, int monitor, std::ostream& stream = std::cout, bool terminal = stdout_is_terminal(),
           double longest_silence = 300);
 
-  /// Prints a line that is left out when nobody watches: a line of the header, a table.
+  /// Prints a line that an unwatched run leaves out: a line of the header, a table.
   void say(const std::string& line);
-  /// Prints a line that every run's log needs: what the mesh is, a warning, a step that failed, how the run ended.
+  /// Prints a line that every run's log needs: about the mesh, a warning, a failed step, the end of the run.
   void tell(const std::string& line);
   /// Prints the progress line of a step, if it is due; the time left follows from the time since the console was made.
   void progress(const Progress& progress);
@@ -53,14 +52,14 @@ class Console {
  private:
   MPI_Comm comm_;
   bool is_root_;
-  int interval_;  ///< steps between progress lines; 0: nobody watches
+  int interval_;  ///< steps between progress lines; 0: unwatched
   std::ostream& stream_;
   double longest_silence_;  ///< [s]
   double start_;
-  double last_line_;  ///< when it was printed
+  double last_line_;  ///< time of the last printed line
 };
 
-/// A moment of a run [s] as people read it, six digits: "0.125 s".
+/// A time of a run [s] in six digits: "0.125 s".
 std::string time_text(double seconds);
 
 /// A span of time in words: "0.35 s", "12 s", "3 min 05 s", "2 h 10 min".

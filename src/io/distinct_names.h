@@ -8,11 +8,10 @@ namespace pellicle {
 inline namespace io {
 
 /// Names that have to differ, of the files in a folder or of the columns of a table, each with the option that chooses
-/// it. Upper and lower case do not tell names apart: on some file systems, and to some programs that read tables, they
-/// are the same.
+/// it. Case is ignored, as some file systems, and some programs that read tables, do.
 class DistinctNames {
  public:
-  /// @param kind of what has the names, "file" or "column" @param place where they have to differ, " of history.csv"
+  /// @param kind of the named things, "file" or "column" @param place where they have to differ, " of history.csv"
   explicit DistinctNames(std::string kind, std::string place = "") : kind_(std::move(kind)), place_(std::move(place)) {}
 
   /// @param owner key of the option, "bodies.ball"; empty: the program chooses the name

@@ -39,8 +39,8 @@ vtkSmartPointer<Array> named_array(const char* name) {
   return array;
 }
 
-/// What identifies points and cells: persistent ids of the points, with marks on those that another rank counts; of the
-/// cells the rank, and `of_cells`.
+/// Adds the data that identify points and cells: persistent ids of the points, with marks on those that another rank
+/// counts; the rank of the cells, and `of_cells`.
 void add_identity(MPI_Comm comm, const std::vector<DrawnPoint>& points, vtkDataArray* of_cells, vtkPolyData* piece) {
   const auto ids = named_array<vtkTypeInt64Array>("vertex_id");
   const auto ghost = named_array<vtkUnsignedCharArray>(vtkDataSetAttributes::GhostArrayName());
@@ -64,8 +64,7 @@ void add_identity(MPI_Comm comm, const std::vector<DrawnPoint>& points, vtkDataA
 /// Points that are particles, numbered 0, 1, 2, ... in the order in which they are first used.
 class ParticlePoints {
  public:
-  explicit ParticlePoints(const Surface& set)
-      : set_(set), number_(static_cast<std::size_t>(set.particles.local()), -1) {}
+  explicit ParticlePoints(const Surface& set) : set_(set), number_(set.particles.local(), -1) {}
 
   vtkIdType operator()(PetscInt particle) {
     vtkIdType& number = number_[particle];

@@ -30,25 +30,25 @@ class FrameSeries {
   FrameSeries(const FrameSeries&) = delete;
   FrameSeries& operator=(const FrameSeries&) = delete;
 
-  /// See OutputFolder::reserve: of the .pvd, and of a frame of each part.
+  /// Reserves the names of the .pvd and of frames of each part (OutputFolder::reserve).
   void reserve() const;
 
   bool empty() const { return frames_.empty(); }
   const std::string& name() const { return name_; }
 
-  /// Time of the last frame; 0: there is none [s].
+  /// Time of the last frame; 0 without frames [s].
   double last_time() const { return empty() ? 0 : frames_.back().time; }
-  /// Notes in a checkpoint which frames there are. Collective. @throws Error, on all ranks
+  /// Writes the list of frames to a checkpoint. Collective. @throws Error, on all ranks
   void save(Hdf5File& checkpoint) const;
-  /// Goes on after the frames of a checkpoint, which are in the folder; later ones are removed when it is started.
-  /// Before the folder is started; write_list afterwards. Collective.
+  /// Continues after the frames of a checkpoint, which are in the folder; later ones are removed when it is started. To
+  /// be called before the folder is started, and write_list afterwards. Collective.
   void resume(const Hdf5File& checkpoint);
 
-  /// Writes the .pvd with the frames that exist: the last one is complete. Collective. @throws Error, on all ranks
+  /// Writes the .pvd with all frames; the last one must be complete. Collective. @throws Error, on all ranks
   void write_list();
 
-  /// Writes this rank's piece of a part of a frame into the folder, which has been started; write_list when all parts
-  /// of the frame are written. Collective. @throws Error, on all ranks, when a file cannot be written.
+  /// Writes this rank's piece of a part of a frame into the started folder; write_list follows after all parts of the
+  /// frame. Collective. @throws Error, on all ranks, if a file cannot be written.
   void write(std::size_t part, vtkPolyData* piece, double time);
 
  private:
@@ -67,7 +67,7 @@ class FrameSeries {
   std::string name_;
   std::vector<FramePart> parts_;
   std::vector<Entry> frames_;  ///< in the order of their times
-  int next_number_ = 0;        ///< of the frame that is being written, or the next
+  int next_number_ = 0;        ///< of the frame in progress, or the next
 };
 
 }  // namespace io

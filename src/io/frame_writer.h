@@ -14,13 +14,13 @@
 namespace pellicle {
 inline namespace io {
 
-/// One moment of an object, a sheet or membrane, as the simulation hands it to the writer. What it points to must
-/// outlive the call that writes it.
+/// The state of an object, a sheet or membrane, to be written as a frame. Its pointers must stay valid until it is
+/// written.
 struct Frame {
   double time = 0;  ///< [s]
   int step = 0;
   const Drawing* surface = nullptr;         ///< of a sheet or membrane, which may differ from frame to frame
-  const Drawing* springs = nullptr;         ///< of a sheet, or null: none are drawn
+  const Drawing* springs = nullptr;         ///< of a sheet; null: not drawn
   const double* positions = nullptr;        ///< of the local particles [m], (3 x local), ghosts up to date
   std::vector<DrawnField> particle_fields;  ///< on the local particles, for the surface
   std::vector<DrawnField> cell_fields;      ///< on the local cells of a sheet, elements of a membrane
@@ -31,24 +31,24 @@ struct Frame {
 /// The names of the fields on the surface.
 std::vector<std::string> field_names(const Frame& frame);
 
-/// Writes the frames of a run as DIRECTORY/NAME.pvd (see FrameSeries): the surface of each of its objects with the
-/// chosen fields. Some ranks, or all, may have nothing to draw.
+/// Writes the frames of a run as DIRECTORY/NAME.pvd (FrameSeries): the surface of each of its objects with the chosen
+/// fields. Some ranks, or all, may have no surface.
 ///
-/// NAME_bodies.pvd has the surfaces of bodies and of balls of heat, where there are any.
+/// NAME_bodies.pvd has the surfaces of bodies and of balls of heat, if there are any.
 ///
 /// NAME_springs.pvd has the springs of sheets as lines, with the chosen fields of their ends and the frame's spring
 /// fields.
 class FrameWriter {
  public:
-  /// Touches no file. The folder must outlive it. Collective.
+  /// Touches no file. The folder must outlive the writer. Collective.
   FrameWriter(OutputFolder& folder, OutputOptions options, std::vector<FramePart> objects = {FramePart{}},
               std::vector<FramePart> bodies = {});
 
-  /// Reserves the names of all files that it may write, those of a failed state among them, see OutputFolder::reserve.
-  /// Collective. @throws Error, the same on all ranks, if objects or bodies would write the same file
+  /// Reserves the names of all files of the frames, also of a failed state (OutputFolder::reserve). Collective. @throws
+  /// Error, the same on all ranks, if objects or bodies would write the same file
   void reserve_names() const;
 
-  /// Writes the state in which a step failed, NAME_failed.pvd beside the others. Collective.
+  /// Makes a writer for the state of a failed step, NAME_failed.pvd in the same folder. Collective.
   FrameWriter of_failed_state() const;
 
   /// The .pvd of the surfaces.
@@ -63,23 +63,22 @@ class FrameWriter {
   /// The first multiple of `interval_time` after `time` [s]; none where frames come by steps.
   std::optional<double> next_time(double time) const;
 
-  /// Notes in a checkpoint which frames there are. Collective. @throws Error, on all ranks
+  /// Writes the lists of frames to a checkpoint. Collective. @throws Error, on all ranks
   void save(Hdf5File& checkpoint) const;
-  /// Goes on behind the frames of a checkpoint, in the folder that has them, which is started. Collective.
+  /// Continues after the frames of a checkpoint in their folder, which it starts. Collective.
   /// @throws Error, on all ranks
   void resume(const Hdf5File& checkpoint);
 
   /// @param known names of the fields of the surfaces of all objects (field_names)
-  /// @throws Error on a name in `output.fields` that is none of them
+  /// @throws Error on a name in `output.fields` that is not among them
   void require_chosen_fields(const std::vector<std::string>& known) const;
 
-  /// Writes a frame of an object. The first call starts the folder. Collective. @throws Error, on all ranks, when a
-  /// file cannot be written.
+  /// Writes a frame of an object. The first call starts the folder. Collective. @throws Error, on all ranks, if a file
+  /// cannot be written.
   void write(std::size_t object, const Frame& frame);
-  /// Adds a body to the frame of which all objects have been written. Rank 0 writes it. Collective. @throws Error, on
-  /// all ranks
+  /// Adds a body, written by rank 0, to a frame after all its objects. Collective. @throws Error, on all ranks
   void write_body(std::size_t body, const Solid& solid, double time);
-  /// All objects of a frame have been written. Collective. @throws Error, on all ranks
+  /// Completes a frame after all its objects. Collective. @throws Error, on all ranks
   void complete(double time, int step);
 
  private:
@@ -93,7 +92,7 @@ class FrameWriter {
   FrameSeries spring_series_;
   FrameSeries body_series_;
   bool has_bodies_;
-  Eigen::AlignedBox3d bounds_;  ///< of what this rank has drawn of the objects in the frame so far
+  Eigen::AlignedBox3d bounds_;  ///< of this rank's objects drawn so far in the frame
   double last_time_ = 0;        ///< of the last frame [s]
   int last_step_ = 0;
 };

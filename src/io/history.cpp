@@ -19,7 +19,7 @@ namespace {
 
 constexpr int new_file = O_RDWR | O_CREAT | O_EXCL;
 
-/// In a checkpoint: number of bytes of a file.
+/// Name of the number of bytes of a file in a checkpoint.
 std::string table_of(const std::string& file) { return "output/tables/" + file; }
 
 [[noreturn]] void refuse(const std::string& path) {

@@ -5,34 +5,34 @@
 namespace pellicle {
 inline namespace io {
 
-/// A file held open by its descriptor, which knows whether it is still the file at its path. Closed at the end.
+/// An open file, by its descriptor, so that its replacement at its path can be detected. Closed by the destructor.
 class OpenFile {
  public:
   OpenFile() = default;
-  /// Tries to open it, see is_open. @param flags of open(2)
+  /// Tries to open a file (is_open). @param flags of open(2)
   OpenFile(std::string path, int flags);
   ~OpenFile();
   OpenFile(OpenFile&& other) noexcept;
   OpenFile& operator=(OpenFile&& other) noexcept;
 
   bool is_open() const { return descriptor_ >= 0; }
-  /// Why it could not be opened, an error number.
+  /// Error number of the failure to open.
   int error() const { return error_; }
   int descriptor() const { return descriptor_; }
   const std::string& path() const { return path_; }
 
-  /// Whether a path leads to it.
+  /// Whether a path leads to this file.
   bool is_at(const std::string& path) const;
 
-  /// Bytes. @throws Error
+  /// Size of the file [bytes]. @throws Error
   long long size() const;
   /// The whole text of the file. @throws Error
   std::string text() const;
-  /// Adds a text to its end, or nothing of it if that fails. @throws Error
+  /// Appends a text, or no part of it on failure. @throws Error
   void append(const std::string& text);
-  /// Cuts it to so many bytes. @throws Error
+  /// Cuts the file to a size [bytes]. @throws Error
   void truncate(long long size);
-  /// Replaces its content by a text. @throws Error
+  /// Replaces the content by a text. @throws Error
   void overwrite(const std::string& text);
 
  private:

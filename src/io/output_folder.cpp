@@ -27,13 +27,13 @@ namespace fs = std::filesystem;
 const char* const list_name = "run_files.txt";
 const char* const parts_name = "run.part";
 
-/// Empty if the file cannot be read.
+/// Text of a file; empty if it cannot be read.
 std::string text_of_file(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   return std::string((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
 }
 
-/// Whether a name can be that of a file that a run writes in the folder, or in a subfolder of it.
+/// Whether a name can be that of a file of a run, in the folder or in a subfolder.
 bool is_inside(const std::string& name) {
   const fs::path path(name);
   const auto parts = std::distance(path.begin(), path.end());
@@ -44,14 +44,14 @@ bool is_inside(const std::string& name) {
 
 bool exists(const fs::path& path) { return fs::symlink_status(path).type() != fs::file_type::not_found; }
 
-/// Whether a regular file is there, neither a link nor behind one below the folder.
+/// Whether a path is a regular file, neither a link nor behind one below the folder.
 bool is_file_inside(const std::string& folder, const std::string& name) {
   const fs::path parent = fs::path(name).parent_path();
   return fs::symlink_status(fs::path(folder) / name).type() == fs::file_type::regular &&
          (parent.empty() || fs::symlink_status(fs::path(folder) / parent).type() == fs::file_type::directory);
 }
 
-/// Removes those of the named files that are there, then the subfolders that have become empty.
+/// Removes the named files that exist, then subfolders that have become empty.
 template <class Names>
 void remove_files(const std::string& folder, const Names& names) {
   std::set<std::string> subfolders;

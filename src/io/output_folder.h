@@ -18,55 +18,54 @@ namespace pellicle {
 inline namespace io {
 
 /// The folder of a run: used by one run at a time, and by runs of one name only. `run_files.txt` in it lists every file
-/// that the run writes; the next run of this name removes what is listed there, and nothing else. While the run goes on
-/// the list is locked, by a lock of the system that ends with the process (on one machine, and between machines as far
-/// as their file system supports locks).
+/// that the run writes; the next run of this name removes the listed files alone. During the run the list is locked, by
+/// a system lock that ends with the process (on one machine, and between machines as far as their file system supports
+/// locks).
 ///
-/// A file is made in the subfolder `run.part` and moved to its place when it is whole.
+/// A file is made in the subfolder `run.part` and moved to its place when it is complete.
 class OutputFolder {
  public:
   /// Locks a folder that a run has used before. Writes nothing. Collective.
-  /// @param record what the folder keeps of the run, as it is when the folder is started; must outlive the folder
-  /// @throws Error, on all ranks: another run goes on in the folder, or it is that of a run of another name, or it has
-  /// a file that this run would replace and that no list names or that has been changed since
+  /// @param record of the run, written when the folder is started; must outlive the folder
+  /// @throws Error, on all ranks: another run is active in the folder, or it is that of a run of another name, or it
+  /// has a file that this run would replace and that is not listed or has been changed
   OutputFolder(MPI_Comm comm, const OutputOptions& options, const RunRecord& record);
   ~OutputFolder();
   OutputFolder(const OutputFolder&) = delete;
   OutputFolder& operator=(const OutputFolder&) = delete;
 
-  /// Makes and locks the folder, writes the record (see record_files) and removes the other files of the run before.
-  /// Does nothing where it has been done. Collective. @throws Error, on all ranks
+  /// Makes and locks the folder, writes the record (record_files) and removes the other files of the previous run. Does
+  /// nothing the second time. Collective. @throws Error, on all ranks
   void start();
 
-  /// start() leaves those files of the run before for which this holds: the run goes on with them. To be called before
-  /// the folder is started.
+  /// Makes start() keep the previous run's files for which `stays` holds, since the run continues them. To be called
+  /// before start().
   void keep(std::function<bool(const std::string& name)> stays) { stays_.push_back(std::move(stays)); }
 
-  /// Reserves the name of a file for those who will write it. Not collective: the same on all ranks.
-  /// @param owner see DistinctNames @throws Error if another file has the name, or if it is longer than file systems
-  /// take
+  /// Reserves the name of a file for its writer. Not collective: the same on all ranks.
+  /// @param owner as for DistinctNames @throws Error if another file has the name, or if it is too long for file
+  /// systems
   void reserve(const std::string& name, const std::string& owner);
 
   MPI_Comm comm() const { return comm_; }
   const std::string& directory() const { return directory_; }
   std::string path(const std::string& name) const { return directory_ + "/" + name; }
-  /// Where a file is made that is to have this name.
+  /// Path at which a file of a given name is made before it is put in place.
   std::string path_of_part(const std::string& name) const { return path("run.part/" + name); }
 
-  /// Lists files, names in the folder, before they are made. On rank 0. @throws Error, also if the folder is gone, see
-  /// require_present
+  /// Lists files, names in the folder, before they are made. On rank 0. @throws Error, also as require_present does
   void list(const std::vector<std::string>& names);
   /// Removes a listed file. On rank 0.
   void remove(const std::string& name);
-  /// Writes a file that is listed, or replaces it in one move. On rank 0. @throws Error
+  /// Writes a listed file, or replaces it atomically. On rank 0. @throws Error
   void write(const std::string& name, const std::string& text);
-  /// Moves a file that has been made to its place. On any rank. @throws Error
+  /// Moves a finished file to its place. On any rank. @throws Error
   void put_in_place(const std::string& name);
-  /// Removes what has been begun and will not be finished. On rank 0.
+  /// Removes unfinished files. On rank 0.
   void remove_parts();
 
-  /// On rank 0. @throws Error if the folder or its list has been removed or replaced since it was started; both have
-  /// been made again then, where that is possible, so that what is left to write can be kept.
+  /// Checks the folder, on rank 0. @throws Error if the folder or its list has been removed or replaced since the
+  /// start; both have then been made again, if possible, so that further files can be written.
   void require_present();
 
  private:
@@ -88,7 +87,7 @@ class OutputFolder {
   const RunRecord& record_;
   std::regex tables_;  ///< names of tables and checkpoints of a run
   DistinctNames names_{"file"};
-  std::regex frames_;  ///< what follows the run's name in those of frames
+  std::regex frames_;  ///< what follows the run's name in names of frames
   bool is_root_ = false;
   int ranks_ = 1;
   bool is_started_ = false;

@@ -9,7 +9,7 @@ class OptionTable;
 }  // namespace base
 inline namespace io {
 
-/// Where a run writes its files, what goes into them and how often.
+/// Folder, content and frequency of a run's files.
 struct OutputOptions {
   std::string directory;            ///< empty: output/<name>; see name_after
   std::string name;                 ///< of the .pvd and the first part of each frame's name
@@ -19,8 +19,8 @@ struct OutputOptions {
   bool springs = false;             ///< also write the springs as lines
   int monitor = 0;  ///< a progress line every so many steps; 0: every step on a terminal, none elsewhere
 
-  /// Gives name and directory the values that follow from the deck's file name, where they are empty:
-  /// `input/roof.yaml` is named `roof` and goes to `output/roof`.
+  /// Sets name and directory from the deck's file name, if they are empty: `input/roof.yaml` is named `roof` and goes
+  /// to `output/roof`.
   void name_after(const std::string& deck);
   /// @throws Error if the name cannot be part of a file name, or the directory has control characters.
   void validate() const;

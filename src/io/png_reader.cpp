@@ -114,7 +114,7 @@ Picture read_png(const std::string& path) {
     channels = png_get_channels(png, info);
     channel_bytes = png_get_bit_depth(png, info) / 8;
   }));
-  const auto height = static_cast<std::size_t>(picture.height);
+  const std::size_t height = picture.height;
   std::vector<unsigned char> bytes(row_bytes * height);
   std::vector<png_bytep> rows;
   for (std::size_t row = 0; row < height; ++row) {

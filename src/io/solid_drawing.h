@@ -9,7 +9,7 @@ namespace pellicle {
 inline namespace io {
 
 /// The surface of a solid as triangles, for frames; of a half space a square round the origin of its frame. Fields:
-/// `vertex_id` and `cell_id`, which stay the same from frame to frame.
+/// `vertex_id` and `cell_id`, which do not change between frames.
 /// @param half half of the square's edge [m]
 vtkSmartPointer<vtkPolyData> drawing_of_solid(const Solid& solid, double half);
 

@@ -11,8 +11,8 @@ inline namespace io {
 /// A grey picture that gives a factor at texture coordinates: the mass-loss rate, the diffusivity, a constraint weight.
 class Texture {
  public:
-  /// Reads a PNG file on rank 0 (read_png) and gives it to all. Collective. @throws Error, on all ranks, if the file is
-  /// missing, no PNG, damaged, or too large.
+  /// Reads a PNG file on rank 0 (read_png) and sends it to all ranks. Collective. @throws Error, on all ranks, if the
+  /// file is missing, no PNG, damaged, or too large.
   static Texture read(MPI_Comm comm, const std::string& path);
 
   /// Value in [0, 1] at (u, v), bilinear between the centres of the pixels; v = 0 is the lower edge. Outside the

@@ -29,23 +29,23 @@ inline const std::vector<std::string>& names_of(BlobOperation) {
   return names;
 }
 
-/// A solid that a closed surface is made of, as a deck gives it: one of the named objects `mesh.blobs`.
+/// A solid of a closed surface in a deck, one of the named objects `mesh.blobs`.
 struct BlobOptions {
   Choice<BlobShape> shape = BlobShape::sphere;
   Choice<BlobOperation> operation = BlobOperation::add;
   Eigen::Vector3d centre{0, 0, 0};         ///< of capsule and cylinder: of the first end [m]
   double radius = 0.02;                    ///< of the torus: of the circle in the middle of its tube [m]
   Eigen::Vector3d end{0, 0, 0.05};         ///< of capsule and cylinder: centre of the other end [m]
-  std::optional<double> end_radius;        ///< of the capsule, at `end` [m]; nothing: as `radius`
+  std::optional<double> end_radius;        ///< of the capsule, at `end` [m]; none: `radius`
   double tube_radius = 0.01;               ///< of the torus [m]
   Eigen::Vector3d size{0.05, 0.05, 0.05};  ///< of box and ellipsoid along their own axes [m]
-  /// Of box, ellipsoid and torus about x, y, z through the centre, in this order [rad].
+  /// Rotation of box, ellipsoid and torus about x, y, z through the centre, in this order [rad].
   Eigen::Vector3d rotation{0, 0, 0};
   double round = 0;     ///< radius of the edges of box and cylinder [m]
-  double blend = 5e-3;  ///< radius of the fillet where it meets the others at a right angle [m]
-  double relief = 0;    ///< height of the waves on its surface [m]
-  int flutes = 0;       ///< waves round its axis
-  double pitch = 0;     ///< length of a wave along its axis, 0: none [m]
+  double blend = 5e-3;  ///< radius of the fillet with other solids at a right angle [m]
+  double relief = 0;    ///< height of the waves on the surface [m]
+  int flutes = 0;       ///< number of waves round the axis
+  double pitch = 0;     ///< length of a wave along the axis; 0: none [m]
 };
 
 void describe(OptionTable& table, BlobOptions& options);
@@ -54,17 +54,16 @@ void describe(OptionTable& table, BlobOptions& options);
 ///
 /// With the distance d_i of each added solid and k_i proportional to its blend, the surface of the union is where the
 /// sum over i of exp(-d_i / k_i) is 1: the same in any order, exactly the solid's own surface far from the others, and
-/// a fillet where two meet. What is subtracted is taken away likewise, one solid after another by name.
+/// a fillet where two meet. Subtracted solids are blended in the same way, one after another by name.
 class Blobs {
  public:
-  /// @throws Error in one line if there is nothing to add, or a solid is none; it names the object's key.
+  /// @throws Error in one line that names the object's key, if no solid is added or the data of one are invalid.
   explicit Blobs(const std::map<std::string, BlobOptions>& options);
 
-  /// About the distance from the surface near it [m].
+  /// Value of the function; near the surface about the distance from it [m].
   double operator()(const Eigen::Vector3d& point) const;
 
-  /// The first solid by name that is subtracted but reaches none of these points of the surface; empty if there is
-  /// none.
+  /// The first subtracted solid by name that reaches none of some points of the surface; empty if there is none.
   std::string idle_cut(const std::vector<Eigen::Vector3d>& surface_points) const;
 
   /// A box that holds the whole surface.
@@ -74,7 +73,7 @@ class Blobs {
   struct Solid {
     std::string name;
     BlobOptions options;
-    Eigen::Matrix3d to_own;  ///< turns an arm from the centre to its own axes
+    Eigen::Matrix3d to_own;  ///< turns a vector from the centre to the solid's own axes
     std::function<double(const Eigen::Vector3d&)> distance_without_relief;  ///< [m], of an arm along its own axes
     double k;  ///< width of the blend in the exponential [m]
 

@@ -19,10 +19,10 @@ struct BoxPairVisitor {
   const std::vector<Box>& first;
   const std::vector<Box>& second;
   const Take& take;
-  std::int64_t left;  ///< comparisons of boxes that may still be made
+  std::int64_t left;  ///< remaining comparisons of boxes
 
   // NOLINTBEGIN(readability-identifier-naming)
-  /// Every descent asks this of its pair: when no comparisons are left, the traversal soon ends.
+  /// Whether to descend from a pair of nodes: not if no comparisons are left, which ends the traversal.
   bool intersectVolumeVolume(const Box& a, const Box& b) { return left-- > 0 && a.intersects(b); }
   bool intersectVolumeObject(const Box& a, int b) { return intersectVolumeVolume(a, second[b]); }
   bool intersectObjectVolume(int a, const Box& b) { return intersectVolumeVolume(first[a], b); }
@@ -39,10 +39,10 @@ struct BoxPairVisitor {
   // NOLINTEND(readability-identifier-naming)
 };
 
-/// Calls `take` with the numbers of each box of the first and of the second that meet, in any order; of boxes that are
-/// given twice each pair comes both ways round, and each box with itself. By trees, in n log n for things spread over a
-/// surface; where nearly all boxes meet it ends after some hundred comparisons for each, and at least 10^8.
-/// @param take returns the work it was, in comparisons of boxes
+/// Calls `take` with the numbers of each box of the first and of the second that meet, in any order; if both lists are
+/// the same, each pair comes in both orders, and each box with itself. By trees, in n log n for items spread over a
+/// surface; if nearly all boxes meet it ends after some hundred comparisons for each, and at least 10^8.
+/// @param take returns its work, in comparisons of boxes
 /// @returns whether all pairs were visited
 template <class Take>
 bool visit_pairs(const std::vector<Box>& first, const std::vector<Box>& second, const Take& take) {

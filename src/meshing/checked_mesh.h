@@ -12,9 +12,9 @@ struct CheckedMesh {
   MeshReport report;
 };
 
-/// Makes the mesh of the options, checks and repairs it, and scales it to the volume they ask for, about the origin of
-/// the file's coordinates. Not collective.
-/// @throws Error, see make_mesh and check_and_repair; if a volume is asked of an open mesh
+/// Makes the mesh of the options, checks and repairs it, and scales it to the given volume, about the origin of the
+/// file's coordinates. Not collective.
+/// @throws Error as make_mesh and check_and_repair do, and if a volume is given for an open mesh
 CheckedMesh make_checked_mesh(const MeshOptions& options);
 
 }  // namespace meshing

@@ -29,7 +29,7 @@ inline namespace meshing {
 
 namespace {
 
-/// First byte of what the child sends.
+/// First byte of the child's message.
 enum class Answer : char { mesh, error };
 
 /// Values one after the other, as bytes.
@@ -168,8 +168,8 @@ double most_memory(const std::string& path) {
   return std::min(available_memory(), 1e9 + 1000 * (unknown ? 0 : static_cast<double>(size)));
 }
 
-/// Separates the child from the run that it is a copy of: the child uses neither its signal handlers nor its output,
-/// and may take no more memory than what is left.
+/// Separates the child from the run of which it is a copy: it has no signal handlers and no output, and a limit on
+/// memory.
 void prepare_child(const std::string& path) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   for (int signal = 1; signal < NSIG; ++signal) {
@@ -189,7 +189,7 @@ void prepare_child(const std::string& path) {
   limit(RLIMIT_AS, static_cast<rlim_t>(pages * static_cast<double>(sysconf(_SC_PAGESIZE)) + most_memory(path)));
 }
 
-/// What the child sends: a byte, then the packed mesh or the message of an error.
+/// The child's message: a byte, then the packed mesh or the message of an error.
 std::string answer(const std::string& path, const std::function<SurfaceMesh()>& read) {
   const auto error = [](const std::string& message) { return static_cast<char>(Answer::error) + message; };
   try {

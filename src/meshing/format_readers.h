@@ -10,7 +10,7 @@
 namespace pellicle {
 inline namespace meshing {
 
-// One reader for each format; read_mesh, which calls them, checks what all formats have in common (see there).
+// One reader for each format, called by read_mesh, which has the checks common to all formats.
 SurfaceMesh read_obj(const std::string& path);
 SurfaceMesh read_off(const std::string& path);
 SurfaceMesh read_gmsh(const std::string& path);
@@ -20,21 +20,20 @@ SurfaceMesh read_vtp(const std::string& path);
 SurfaceMesh read_vtu(const std::string& path);
 SurfaceMesh read_vtk(const std::string& path);
 
-/// Most groups of one face. Each takes memory for every face of it; a longer list is not a list of groups.
+/// Largest number of groups of a face. Each takes memory for every face; a longer list is no list of groups.
 constexpr std::size_t most_groups = 100;
 
-/// Sorts the points and faces of the groups, each of which then occurs once.
+/// Sorts the points and faces of the groups and removes repetitions.
 void sort_groups(SurfaceMesh& mesh);
 
-/// Adds the triangles of a strip: each of its points is a corner of one whose others are the two points before it;
-/// every other triangle is turned over. Triangles that name a point twice only lead from one part of a strip to the
-/// next.
+/// Adds the triangles of a strip: each point forms one with the two points before it; every other triangle is turned
+/// over. Triangles with a repeated point, which connect parts of a strip, are left out.
 void add_strip(SurfaceMesh& mesh, const std::vector<int>& strip);
 
-/// Elements of a file that a surface of flat faces has no place for.
+/// Elements of a file that a surface of flat faces cannot represent.
 struct LeftOut {
-  int volumes = 0;       ///< that are left out
-  int higher_order = 0;  ///< faces of which only the corners are taken
+  int volumes = 0;       ///< volume elements, which are left out
+  int higher_order = 0;  ///< faces of higher order, reduced to their corners
 
   /// Adds a sentence on each kind to the remarks of the mesh.
   void say(SurfaceMesh& mesh) const;

@@ -12,7 +12,7 @@ inline namespace meshing {
 
 namespace {
 
-/// What Gmsh knows by a number in each dimension: a physical group or a part of the model.
+/// Dimension and number of a physical group or of a part of the model in Gmsh.
 using Key = std::pair<int, int>;
 
 /// Reads the sections of a Gmsh file one after the other.
@@ -243,7 +243,7 @@ class GmshReader {
     int corners;  ///< which come first
     int nodes;
   };
-  /// Those of Gmsh by number.
+  /// The types of Gmsh by number.
   static const std::unordered_map<int, Kind>& kinds() {
     static const std::unordered_map<int, Kind> kinds{
         {15, {0, 1, 1}},                                                                            // points

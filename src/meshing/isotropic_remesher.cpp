@@ -19,7 +19,7 @@ constexpr double longest_share = 4.0 / 3;
 constexpr double shortest_share = 4.0 / 5;
 constexpr int regular_valence = 6;
 
-/// How far four points are from valence 6 in all.
+/// Total deviation of four points from valence 6.
 int irregularity(int a, int b, int c, int d) {
   const auto square = [](int valence) { return (valence - regular_valence) * (valence - regular_valence); };
   return square(a) + square(b) + square(c) + square(d);
@@ -129,8 +129,8 @@ void IsotropicRemesher::split(int h) {
   ++living_points_;
 }
 
-/// Both ends become one point in the middle. @returns whether that is possible without touching, folding or an edge
-/// beyond `longest`.
+/// Collapses an edge to its middle. @returns whether that is possible without touching, folding or an edge beyond
+/// `longest`.
 bool IsotropicRemesher::collapse(int h, double longest) {
   const int t = twin_[index(h)];
   const int a = from_[index(h)];
@@ -269,7 +269,7 @@ void IsotropicRemesher::flip_for_angles() {
   }
 }
 
-/// Every point goes to the middle of its neighbours along the tangent plane, then towards the surface.
+/// Moves every point to the middle of its neighbours along the tangent plane, then towards the surface.
 void IsotropicRemesher::smooth() {
   std::vector<Eigen::Vector3d> moved = points_;
   for (std::size_t i = 0; i < points_.size(); ++i) {

@@ -14,14 +14,14 @@ inline namespace meshing {
 /// short ones collapsed, edges flipped towards six at each point, points moved along the surface to the middle of their
 /// neighbours and back onto it (M. Botsch, L. Kobbelt, "A remeshing approach to multiresolution modeling", 2004).
 ///
-/// Half-edges 3f, 3f + 1, 3f + 2 go round triangle f; each has a twin in the neighbour. Everything goes by number, so
+/// Half-edges 3f, 3f + 1, 3f + 2 go round triangle f; each has a twin in the neighbour. All loops go by number, so that
 /// the result is deterministic.
 class IsotropicRemesher {
  public:
   /// @throws Error in one line, after `key`, if the mesh is not closed or two surfaces meet in a point or edge.
   IsotropicRemesher(const SurfaceMesh& mesh, const ImplicitSurface& surface, const std::string& key);
 
-  /// Splits and collapses towards this length of all edges [m], flips, and relaxes once.
+  /// Splits and collapses edges towards a length [m], flips, and relaxes once.
   void remesh(double edge_length);
   /// Splits the longest and collapses the shortest edges until there are `count` points, or nothing can be collapsed.
   void reach(int count);
@@ -34,7 +34,7 @@ class IsotropicRemesher {
   int points() const { return living_points_; }
   /// Whether all points are on the surface, to rounding, and all triangles face outward.
   bool follows_surface() const;
-  /// Without gaps in the numbers.
+  /// The mesh, without gaps in the numbers.
   SurfaceMesh mesh() const;
 
  private:

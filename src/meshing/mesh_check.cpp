@@ -32,7 +32,7 @@ struct Side {
   int low;  ///< its points, the lower number first
   int high;
   int face;
-  int corner;    ///< where it begins, round the face
+  int corner;    ///< corner of the face at which the side begins
   bool forward;  ///< whether it begins at `low`
 };
 
@@ -74,8 +74,8 @@ const Eigen::Vector3d& corner_point(const SurfaceMesh& mesh, std::size_t face, s
   return mesh.points[points[corner % points.size()]];
 }
 
-/// Keeps the faces that stand for themselves and removes the others, whose groups go to the faces that stand for them.
-/// @param stands number of such a face, of each; -1: none does
+/// Keeps the faces that represent themselves and removes the others, whose groups go to their representatives.
+/// @param stands representative of each face; -1: none
 void keep_faces(SurfaceMesh& mesh, const std::vector<int>& stands) {
   SurfaceMesh kept;
   std::vector<int> target(mesh.faces.size(), -1);
@@ -144,8 +144,7 @@ int remove_collapsed_faces(SurfaceMesh& mesh) {
   return removed;
 }
 
-/// Of faces with the same points in the same order, or the reverse, only the first stays. @returns how many were
-/// removed.
+/// Removes faces that repeat an earlier one's points in the same or the reverse order. @returns how many.
 int remove_repeated_faces(SurfaceMesh& mesh) {
   std::vector<std::vector<int>> forms = mesh.faces;
   for (std::vector<int>& face : forms) {
@@ -200,7 +199,7 @@ std::array<double, 2> six_volumes(const SurfaceMesh& mesh, const std::vector<int
   double area = 0;
   const Eigen::Vector3d origin = corner_point(mesh, static_cast<std::size_t>(piece.front()), 0);
   for (const int f : piece) {
-    const auto face = static_cast<std::size_t>(f);
+    const std::size_t face = f;
     const Eigen::Vector3d first = corner_point(mesh, face, 0) - origin;
     for (std::size_t k = 2; k < mesh.faces[face].size(); ++k) {
       const Eigen::Vector3d second = corner_point(mesh, face, k - 1) - origin;
@@ -212,9 +211,9 @@ std::array<double, 2> six_volumes(const SurfaceMesh& mesh, const std::vector<int
   return {sum, area * std::sqrt(area)};
 }
 
-/// Whether neighbours agree is decided by walking from face to face over edges of two faces; in each open piece the
-/// smaller part is flipped, in each closed one what faces inward. @returns how many faces were flipped; faces where the
-/// walk contradicts itself go to `twisted`.
+/// Flips faces that disagree with their neighbours over edges of two faces: in each open piece the smaller part, in
+/// each closed one the part that faces inward. @returns how many were flipped; faces with contradictory neighbours go
+/// to `twisted`.
 int orient(SurfaceMesh& mesh, const std::vector<Edge>& edges, std::vector<int>& twisted) {
   struct Neighbour {
     int face;
@@ -263,10 +262,8 @@ int orient(SurfaceMesh& mesh, const std::vector<Edge>& edges, std::vector<int>& 
       continue;
     }
     State wrong = 2 * flips > piece.size() ? State::kept : State::flipped;
-    const bool closed = std::all_of(piece.begin(), piece.end(), [&](int f) {
-      const auto face = static_cast<std::size_t>(f);
-      return neighbours[face].size() == mesh.faces[face].size();
-    });
+    const bool closed =
+        std::all_of(piece.begin(), piece.end(), [&](int f) { return neighbours[f].size() == mesh.faces[f].size(); });
     if (closed) {
       constexpr double flat = 1e-9;  // two layers that lie on each other enclose nothing
       const auto [volume, scale] =
@@ -276,11 +273,10 @@ int orient(SurfaceMesh& mesh, const std::vector<Edge>& edges, std::vector<int>& 
       }
     }
     for (const int f : piece) {
-      const auto face = static_cast<std::size_t>(f);
-      if (state[face] == wrong) {
-        std::reverse(mesh.faces[face].begin() + 1, mesh.faces[face].end());
+      if (state[f] == wrong) {
+        std::reverse(mesh.faces[f].begin() + 1, mesh.faces[f].end());
         if (!mesh.uv.empty()) {
-          std::reverse(mesh.uv[face].begin() + 1, mesh.uv[face].end());
+          std::reverse(mesh.uv[f].begin() + 1, mesh.uv[f].end());
         }
         ++flipped;
       }
@@ -376,7 +372,7 @@ std::vector<int> find_split_points(const SurfaceMesh& mesh, const std::vector<Ed
     corner_count += face.size();
   }
   const auto corner_at = [&](const Side& side, bool low) {
-    const auto face = static_cast<std::size_t>(side.face);
+    const std::size_t face = side.face;
     const std::size_t begin = static_cast<std::size_t>(side.corner);
     const std::size_t end = (begin + 1) % mesh.faces[face].size();
     return first_corner[face] + (side.forward == low ? begin : end);
@@ -393,7 +389,7 @@ std::vector<int> find_split_points(const SurfaceMesh& mesh, const std::vector<Ed
   std::vector<bool> split(mesh.points.size(), false);
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
     for (std::size_t k = 0; k < mesh.faces[f].size(); ++k) {
-      const auto point = static_cast<std::size_t>(mesh.faces[f][k]);
+      const std::size_t point = mesh.faces[f][k];
       const std::size_t root = fans.find(first_corner[f] + k);
       split[point] = split[point] || (fan[point] != none && fan[point] != root);
       fan[point] = root;
@@ -462,8 +458,8 @@ void count_topology(const SurfaceMesh& mesh, const std::vector<Edge>& edges, Mes
   std::vector<int> valence(mesh.points.size(), 0);
   std::vector<bool> on_boundary(mesh.points.size(), false);
   for (const Edge& edge : edges) {
-    const auto low = static_cast<std::size_t>(edge.begin->low);
-    const auto high = static_cast<std::size_t>(edge.begin->high);
+    const std::size_t low = edge.begin->low;
+    const std::size_t high = edge.begin->high;
     ++valence[low];
     ++valence[high];
     for (auto side = edge.begin + 1; side < edge.end; ++side) {

@@ -12,7 +12,7 @@
 namespace pellicle {
 inline namespace meshing {
 
-/// What a mesh is like, and what was repaired in it.
+/// Properties of a mesh, and repairs.
 struct MeshReport {
   std::string name;
   int points = 0;
@@ -24,29 +24,29 @@ struct MeshReport {
   int boundary_edges = 0;
   int boundary_loops = 0;
   int intersections = 0;          ///< pairs of triangles that cut through each other (quads split in two)
-  bool all_intersections = true;  ///< whether all pairs were looked at, see count_self_intersections
+  bool all_intersections = true;  ///< whether all pairs were counted (count_self_intersections)
   int euler_characteristic() const { return points - edges + faces; }
 
   double area = 0;            ///< [m^2]
-  double volume = 0;          ///< that a closed mesh encloses, see enclosed_volume [m^3]
+  double volume = 0;          ///< enclosed by a closed mesh (enclosed_volume) [m^3]
   double smallest_angle = 0;  ///< at a corner of a face [rad]
-  int sharpest_face = 0;      ///< which has it: its number in the file
+  int sharpest_face = 0;      ///< face with the smallest angle, by its number in the file
   double shortest_edge = 0;   ///< [m]
   double longest_edge = 0;    ///< [m]
   double rounding = 0;        ///< distance of the largest coordinate to the next number, over the mean side of faces
   /// Twice the radius of the inscribed circle over that of the circumscribed one: 1 for an equilateral triangle.
   double smallest_radius_ratio = 1;
   double mean_radius_ratio = 1;  ///< over the triangles
-  std::map<int, int> valence;    ///< how many points have this number of edges
+  std::map<int, int> valence;    ///< number of points by their number of edges
 
-  /// Where faces look joined and are not; their points have the numbers of the file.
+  /// Slits, where faces look joined and are not, with numbers of points in the file.
   Slits slits;
-  NestedPieces nested;  ///< its points have the numbers of the file
+  NestedPieces nested;  ///< with numbers of points in the file
 
   std::vector<std::string> of_file;  ///< SurfaceMesh::remarks
   int merged_points = 0;
-  int removed_points = 0;  ///< that no face uses
-  int removed_faces = 0;   ///< that repeat another, or collapsed
+  int removed_points = 0;  ///< unused by faces
+  int removed_faces = 0;   ///< repeated or collapsed
   int flipped_faces = 0;   ///< to agree with their neighbours, or to face outward
 
   std::string size() const;                                     ///< size and topology
@@ -56,25 +56,24 @@ struct MeshReport {
   std::vector<std::string> remarks() const;
 };
 
-/// @param name what messages call the mesh
+/// @param name of the mesh in messages
 /// @throws Error in one line that names the first point with a coordinate that is not finite, or so large (1e60) that
 /// products of a few lengths overflow.
 void require_coordinates(const SurfaceMesh& mesh, const std::string& name);
 
 /// Measures MeshReport::rounding.
-/// @throws Error in one line if it is above 1e-6: so far from the origin strains are no more than rounding, and points
-/// that should differ may be at one place
+/// @throws Error in one line if it is above 1e-6: so far from the origin strains are only rounding, and distinct points
+/// may coincide
 void measure_rounding(const SurfaceMesh& mesh, MeshReport& report);
 
-/// Checks a mesh (require_coordinates, measure_rounding, then what follows) and repairs what can be repaired without a
-/// choice: points at the same place are merged; corners of a face that name the same point in succession become one,
-/// and a face that is then no polygon is removed; faces that repeat another and points of no face are removed; faces
-/// are flipped so that neighbours agree, in each open piece the smaller part, in each closed piece so that all face
-/// outward.
+/// Checks a mesh (require_coordinates, measure_rounding and the faults below) and makes all unambiguous repairs: points
+/// at the same place are merged; corners of a face that name the same point in succession become one, and a face that
+/// is then no polygon is removed; faces that repeat another and points of no face are removed; faces are flipped so
+/// that neighbours agree, in each open piece the smaller part, in each closed piece so that all face outward.
 ///
 /// After that points and faces are numbered without gaps; point_id and face_id keep their numbers in the file.
 /// Not collective.
-/// @param name what messages call the mesh, see MeshOptions::name
+/// @param name of the mesh in messages, such as MeshOptions::name
 /// @param merge_distance points no further apart are at the same place [m]; none: no points are merged, as for two
 /// layers that lie on each other
 /// @throws Error, one line that counts and names (by their numbers in the file, from 0) all of these: faces that name
@@ -83,7 +82,7 @@ void measure_rounding(const SurfaceMesh& mesh, MeshReport& report);
 /// cannot be split into triangles; a point at which more than 10,000 triangles meet.
 MeshReport check_and_repair(SurfaceMesh& mesh, const std::string& name, std::optional<double> merge_distance = 0);
 
-/// In words, that a burning sheet cannot be built on a mesh because faces are no quads; empty: all are.
+/// Message that a burning sheet cannot be built on a mesh because faces are no quads; empty if all are.
 std::string fault_of_quads(const SurfaceMesh& mesh);
 
 }  // namespace meshing

@@ -16,7 +16,7 @@ class OptionTable;
 }  // namespace base
 inline namespace meshing {
 
-/// See describe; file needs `MeshOptions::file`.
+/// Shapes of generated meshes, as in `describe`; file needs `MeshOptions::file`.
 enum class MeshShape {
   rectangle,
   torus,
@@ -37,12 +37,12 @@ inline const std::vector<std::string>& names_of(MeshShape) {
   return names;
 }
 
-/// Where the mesh comes from and where it is put.
+/// Source and placement of the mesh.
 struct MeshOptions {
   Choice<MeshShape> shape = MeshShape::rectangle;
   std::string file;                           ///< mesh to read instead of generating one, if not empty
   std::vector<int> cells{40, 40};             ///< of the generated mesh, each way
-  std::vector<double> size{1, 1};             ///< of the generated mesh, each way, see describe [m]
+  std::vector<double> size{1, 1};             ///< of the generated mesh, each way [m]
   double major_radius = 0.5;                  ///< torus: of the circle in the middle of the tube [m]
   double tube_radius = 0.2;                   ///< torus: of the tube [m]
   double arch = 2.0943951023931953;           ///< roof: angle of its arc [rad]
@@ -52,9 +52,9 @@ struct MeshOptions {
   double length = 0.3;                        ///< tube: of its cylinder [m]
   int rings = 20;                             ///< disc: of triangles
   int vertices = 10000;                       ///< tube and blobs
-  std::map<std::string, BlobOptions> blobs;   ///< what the surface of the blobs is made of
-  double scale = 1;                           ///< of file or shape, about the origin
-  std::optional<double> volume;               ///< a closed mesh is then scaled, about the origin, to enclose this [m^3]
+  std::map<std::string, BlobOptions> blobs;   ///< solids of the surface of shape blobs
+  double scale = 1;                           ///< factor on file or shape, about the origin
+  std::optional<double> volume;               ///< to which a closed mesh is then scaled, about the origin [m^3]
   bool merge = true;                          ///< points at the same place become one
   double merge_distance = 0;                  ///< points no further apart are at the same place [m]
   Eigen::Vector3d rotation{0, 0, 0};  ///< then turned about the axes x, y, z through the origin, in this order [rad]
@@ -62,7 +62,7 @@ struct MeshOptions {
 
   /// Whether the file is one that -mesh_only writes: checked, in its place, with its partition.
   bool has_partition() const { return file.size() > 3 && file.compare(file.size() - 3, 3, ".h5") == 0; }
-  /// What messages call the mesh: the file, or the shape.
+  /// Name of the mesh in messages: the file, or the shape.
   const std::string& name() const { return file.empty() ? shape.name() : file; }
 };
 

@@ -25,11 +25,11 @@ NestedPieces find_nested_pieces(const SurfaceMesh& mesh, const std::vector<std::
   };
   std::vector<bool> is_open(mesh.points.size(), false);  // of the lowest point of a piece
   for (const std::array<int, 2>& side : boundary) {
-    is_open[sets.find(static_cast<std::size_t>(side[0]))] = true;
+    is_open[sets.find(side[0])] = true;
   }
   std::map<std::size_t, Piece> closed;
   for (const std::array<int, 3>& triangle : triangles) {
-    const std::size_t lowest = sets.find(static_cast<std::size_t>(triangle[0]));
+    const std::size_t lowest = sets.find(triangle[0]);
     if (!is_open[lowest]) {
       Piece& piece = closed[lowest];
       piece.point = static_cast<int>(lowest);

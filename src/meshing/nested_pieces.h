@@ -10,11 +10,11 @@ inline namespace meshing {
 
 /// Closed pieces of a mesh that lie inside others.
 struct NestedPieces {
-  int count = 0;                   ///< of the pieces that do
-  std::array<int, 2> first{0, 0};  ///< the lowest point of the first of them, and that of a piece round it
+  int count = 0;                   ///< number of nested pieces
+  std::array<int, 2> first{0, 0};  ///< lowest points of the first nested piece and of one round it
 };
 
-/// @param mesh no two pieces have a point in common
+/// Finds nested pieces. @param mesh whose pieces have no common points
 /// @param triangles all its faces, facing outward in closed pieces
 /// @param boundary the points of each side that has one face
 NestedPieces find_nested_pieces(const SurfaceMesh& mesh, const std::vector<std::array<int, 3>>& triangles,

@@ -28,7 +28,7 @@ struct NumberType {
   std::size_t size;  ///< [bytes]
 };
 
-/// What a property means to the reader; an element has each at most once.
+/// Meaning of a property for the reader; an element has each at most once.
 enum class Role { none, x, y, z, u, v, corners, texture, strips };
 
 /// A number, or with a count type a list of numbers, that every item of an element has.

@@ -16,7 +16,7 @@ inline namespace meshing {
 
 namespace {
 
-/// What every reader's result must satisfy.
+/// Checks the result of a reader.
 void check_numbers(const SurfaceMesh& mesh, const std::string& path) {
   if (mesh.points.empty() || mesh.faces.empty()) {
     throw Error(path + ": " + std::to_string(mesh.points.size()) + " points and " + std::to_string(mesh.faces.size()) +

@@ -10,7 +10,7 @@ inline namespace meshing {
 /// Pairs of triangles that cut through each other.
 struct SelfIntersections {
   int pairs = 0;
-  std::array<int, 2> first{-1, -1};  ///< of them: the one with the lowest numbers
+  std::array<int, 2> first{-1, -1};  ///< pair with the lowest numbers
   bool all = true;                   ///< false if the count was ended because too many boxes of triangles overlap
 };
 

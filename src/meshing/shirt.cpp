@@ -138,7 +138,7 @@ SurfaceMesh sew(const Cut& cut) {
   return mesh;
 }
 
-/// Which points have their place, and which of them are at an opening.
+/// Whether each point has its place, and whether it is at an opening.
 struct Held {
   std::vector<bool> any;
   std::vector<bool> rim;

@@ -8,11 +8,11 @@
 namespace pellicle {
 inline namespace meshing {
 
-/// Where the boundary of a mesh runs along itself, so that faces which look joined are not.
+/// Slits of a mesh: its boundary runs along itself, so that faces look joined and are not.
 struct Slits {
-  int near_points = 0;        ///< points of the boundary that nearly are at the place of another
-  double largest_gap = 0;     ///< between two of these [m]
-  std::vector<int> on_sides;  ///< points that lie on sides of faces which do not have them, rising
+  int near_points = 0;        ///< points of the boundary that nearly coincide with another
+  double largest_gap = 0;     ///< between two such points [m]
+  std::vector<int> on_sides;  ///< points on sides of faces without them, ascending
 };
 
 /// Finds the slits of a mesh. Near means within 1e-6 of the sides there, or of the largest coordinate if that is more

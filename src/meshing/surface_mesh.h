@@ -8,19 +8,19 @@
 namespace pellicle {
 inline namespace meshing {
 
-/// A whole polygon mesh in the memory of one rank, as it was read or generated: before checks and distribution.
-/// Point and face numbers are those of the file; they stay the persistent ids of the run.
+/// A whole polygon mesh in the memory of one rank, as read or generated, before checks and distribution. Point and face
+/// numbers are those of the file; they stay the persistent ids of the run.
 struct SurfaceMesh {
   std::vector<Eigen::Vector3d> points;  ///< [m]
   std::vector<std::vector<int>> faces;  ///< point numbers of each polygon, in order round it
   /// Texture coordinate of each corner of each face, empty if the mesh has none.
   std::vector<std::vector<Eigen::Vector2d>> uv;
-  /// Named sets of points (Gmsh physical groups, OBJ groups), and the faces of those groups that have faces, rising.
+  /// Named sets of points (Gmsh physical groups, OBJ groups), and of faces if groups have faces; ascending.
   std::map<std::string, std::vector<int>> groups;
   std::map<std::string, std::vector<int>> face_groups;
   std::map<std::string, std::vector<double>> face_fields;  ///< one number for each face, as in the file ("thickness")
 
-  std::vector<std::string> remarks;  ///< sentences on what of the file was left out or read otherwise
+  std::vector<std::string> remarks;  ///< sentences on parts of the file that were left out or changed
 
   /// Numbers in the file of the points and faces that a repair kept (check_and_repair); empty while all are there.
   std::vector<int> point_id;

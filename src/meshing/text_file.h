@@ -11,8 +11,8 @@
 namespace pellicle {
 inline namespace meshing {
 
-/// A text file read word by word, for formats that no library reads without loss: it knows the line of each word, so
-/// that an error can name it. Words are separated by blanks, lines by a line feed, a carriage return, or both.
+/// A text file read word by word, for formats that no library reads without loss; errors name the line of a word. Words
+/// are separated by blanks, lines by a line feed, a carriage return, or both.
 class TextFile {
  public:
   /// The meaning of some characters in a format.
@@ -30,13 +30,13 @@ class TextFile {
   bool next_line();
   /// Words of the present line.
   const std::vector<std::string_view>& words() const { return words_; }
-  /// Next word, on whichever line it stands. @throws Error at the end of the file; `expected` names what was due.
+  /// Next word, of any line. @throws Error at the end of the file, which names what was `expected`.
   std::string_view next_word(const char* expected);
   /// Skips the unread words of the present line.
   void skip_line() { used_ = words_.size(); }
-  /// How many words of the present line next_word has not given yet.
+  /// Number of unread words of the present line.
   std::size_t words_left() const { return words_.size() - used_; }
-  /// Where in the file the line behind the present one begins [bytes].
+  /// Position in the file of the line after the present one [bytes].
   std::size_t position() const { return begin_ + (rest_ == std::string::npos ? length_ : rest_); }
 
   /// A finite number. @throws Error naming file, line, word and `expected`.
@@ -57,12 +57,12 @@ class TextFile {
   Syntax syntax_;
   std::ifstream stream_;
   std::size_t size_ = 0;  ///< [bytes]
-  // What stands between two line feeds: one line, or several with carriage returns between them.
+  // Text between two line feeds: one line, or several with carriage returns between them.
   std::string lines_;
-  std::size_t rest_ = std::string::npos;  ///< where in `lines_` the next line begins; npos: there is none
+  std::size_t rest_ = std::string::npos;  ///< beginning of the next line in `lines_`; npos: none
   std::size_t begin_ = 0;                 ///< of `lines_` in the file [bytes]
   std::size_t length_ = 0;                ///< of `lines_` with the line feed [bytes]
-  std::optional<std::string> ahead_;      ///< a line that has been read before its time
+  std::optional<std::string> ahead_;      ///< a line that has been read in advance
   std::string line_;
   std::vector<std::string_view> words_;
   std::size_t used_ = 0;

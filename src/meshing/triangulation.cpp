@@ -74,7 +74,7 @@ SurfaceMesh triangulated(const SurfaceMesh& mesh) {
     std::vector<int>& triangles = result.face_groups[name];
     triangles.clear();
     for (const int face : faces) {
-      const auto f = static_cast<std::size_t>(face);
+      const std::size_t f = face;
       for (int triangle = first_triangle[f]; triangle < first_triangle[f + 1]; ++triangle) {
         triangles.push_back(triangle);
       }

@@ -139,7 +139,7 @@ void check_cells(vtkDataSet* data, const std::string& path, bool is_legacy) {
   }
 }
 
-/// How many of a surface cell's points are its corners, which come first; 0: it is no surface cell that can be read.
+/// Number of corners of a surface cell, which are its first points; 0: no surface cell that can be read.
 vtkIdType corners_of(int type, vtkIdType points) {
   switch (type) {
     case VTK_TRIANGLE:
@@ -164,7 +164,7 @@ vtkIdType corners_of(int type, vtkIdType points) {
   }
 }
 
-/// 0 to 3; 2 also of what VTK does not know.
+/// Dimension of a cell, 0 to 3; 2 also for types that VTK does not know.
 int dimension_of(int type) {
   const auto cell = vtkSmartPointer<vtkCell>::Take(vtkGenericCell::InstantiateCell(type));
   return cell != nullptr ? cell->GetCellDimension() : 2;

@@ -17,7 +17,7 @@ void renumber_points(SurfaceMesh& mesh, const std::vector<int>& target) {
   std::vector<int> ids(kept);
   for (std::size_t i = target.size(); i-- > 0;) {
     if (target[i] >= 0) {
-      const auto to = static_cast<std::size_t>(target[i]);
+      const std::size_t to = target[i];
       points[to] = mesh.points[i];
       ids[to] = mesh.id_of_point(static_cast<int>(i));
     }

@@ -9,9 +9,9 @@ inline namespace meshing {
 /// new number the first gives the position. Faces, groups and point_id follow.
 void renumber_points(SurfaceMesh& mesh, const std::vector<int>& target);
 
-/// Merges all points that are no further apart than `distance` [m], also by others between them, into the one with the
-/// lowest number. @returns how many were removed
-/// @throws Error if so many are so near that all pairs cannot be looked at
+/// Merges points no further apart than `distance` [m], also through points between them, into the one of the lowest
+/// number. @returns the number of removed points
+/// @throws Error if so many points are so near that not all pairs can be compared
 int weld(SurfaceMesh& mesh, double distance = 0);
 
 }  // namespace meshing

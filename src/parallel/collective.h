@@ -12,7 +12,7 @@
 namespace pellicle {
 inline namespace parallel {
 
-/// MPI's name for a type of numbers. PetscInt is one of the integers, depending on how PETSc was configured.
+/// MPI's type of a C++ type of numbers. PetscInt is one of the integers, depending on PETSc's configuration.
 template <class Number>
 MPI_Datatype mpi_type() {
   if constexpr (std::is_same_v<Number, double>) {
@@ -98,13 +98,13 @@ void min_over_ranks(MPI_Comm comm, Eigen::PlainObjectBase<Derived>& values) {
   reduce_over_ranks(comm, values.data(), static_cast<std::size_t>(values.size()), MPI_MIN);
 }
 
-/// How the ranks share an amount.
+/// Distribution of an amount over the ranks.
 struct RankShares {
   double sum = 0;
   double imbalance = 1;  ///< the largest share over the mean; 1 if there is nothing to share
 };
 
-/// @param own share of this rank, 0 or more. Collective.
+/// The distribution of the ranks' own shares. Collective. @param own share of this rank, 0 or more
 inline RankShares shares_of_ranks(MPI_Comm comm, double own) {
   int ranks = 1;
   MPI_Comm_size(comm, &ranks);
@@ -113,13 +113,13 @@ inline RankShares shares_of_ranks(MPI_Comm comm, double own) {
   return {sum, sum > 0 ? largest * ranks / sum : 1};
 }
 
-/// Whether something is so on any rank. Collective.
+/// Whether a condition holds on any rank. Collective.
 inline bool on_any_rank(MPI_Comm comm, bool here) {
   MPI_Allreduce(MPI_IN_PLACE, &here, 1, MPI_CXX_BOOL, MPI_LOR, comm);
   return here;
 }
 
-/// Gives rank 0's text to every rank. Collective.
+/// Sends rank 0's text to every rank. Collective.
 inline void broadcast(MPI_Comm comm, std::string& text) {
   auto length = static_cast<int>(text.size());
   MPI_Bcast(&length, 1, MPI_INT, 0, comm);
@@ -127,7 +127,7 @@ inline void broadcast(MPI_Comm comm, std::string& text) {
   MPI_Bcast(text.data(), length, MPI_CHAR, 0, comm);
 }
 
-/// Values of any plain type of all ranks, rank after rank. Collective.
+/// Gathers the values, of any plain type, of all ranks, rank after rank. Collective.
 template <class Value>
 std::vector<Value> of_all_ranks(MPI_Comm comm, const std::vector<Value>& own) {
   int ranks = 1;
@@ -142,7 +142,7 @@ std::vector<Value> of_all_ranks(MPI_Comm comm, const std::vector<Value>& own) {
   return all;
 }
 
-/// Values of all ranks, rank after rank, again and again: how many each rank has stays.
+/// Gathers values of all ranks, rank after rank, repeatedly and with fixed numbers for each rank.
 class Gatherer {
  public:
   Gatherer() = default;
@@ -156,7 +156,7 @@ class Gatherer {
     MPI_Comm_rank(comm, &rank_);
   }
 
-  /// Collective. @param all is resized
+  /// Gathers the values of all ranks. Collective. @param all is resized
   void gather(const double* own, std::vector<double>& all) const {
     all.resize(starts_.back());
     MPI_Allgatherv(own, counts_[rank_], MPI_DOUBLE, all.data(), counts_.data(), starts_.data(), MPI_DOUBLE, comm_);

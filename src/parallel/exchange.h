@@ -13,7 +13,7 @@
 namespace pellicle {
 inline namespace parallel {
 
-/// `count` values of an MPI type in a row, as one value. Move-only.
+/// An MPI type of `count` consecutive values of another. Move-only.
 class RowType {
  public:
   RowType() = default;
@@ -44,8 +44,8 @@ class RowType {
   MPI_Datatype made_ = MPI_DATATYPE_NULL;
 };
 
-/// The messages between the owners of a layout's items and the ranks that have them as ghosts: one PetscSF, for values
-/// of any type. Values lie in the order of the local numbers.
+/// Messages between the owners of a layout's items and the ranks that have them as ghosts: one PetscSF, for values of
+/// any type, in the order of the local numbers.
 class GhostExchange {
  public:
   /// Collective.
@@ -53,8 +53,8 @@ class GhostExchange {
 
   PetscInt owned() const { return owned_; }
 
-  /// Copies the owners' values to the ghosts; between the two calls the values may not be changed. Several exchanges
-  /// may be under way at the same time. Collective.
+  /// Copies the owners' values to the ghosts; the values may not change between the two calls. Several exchanges may
+  /// overlap. Collective.
   /// @param type of one item's value, which occupies `bytes`
   void begin_copy(MPI_Datatype type, std::size_t bytes, void* values) const;
   void end_copy(MPI_Datatype type, std::size_t bytes, void* values) const;
@@ -68,7 +68,7 @@ class GhostExchange {
   Handle<PetscSF, PetscSFDestroy> sf_;
 };
 
-/// Values of a field on their way to the ghosts, until finish().
+/// A copy of a field's values to the ghosts in progress, until finish().
 template <class Field>
 class GhostCopy;
 
@@ -115,7 +115,7 @@ void update_ghosts(const Layout& layout, First& first, Others&... others) {
   copy.finish();
 }
 
-/// Sets the owner's flag of an item where any of its ghosts has the flag set; the ghosts keep theirs. Collective.
+/// Sets the owner's flag of an item if any of its ghosts has the flag set; the ghosts keep theirs. Collective.
 /// @param flags of each local item: a type that consists of bools only
 template <class Flags>
 void gather_flags(const Layout& layout, std::vector<Flags>& flags) {

@@ -9,8 +9,8 @@
 namespace pellicle {
 inline namespace parallel {
 
-/// `components` doubles on every item of a layout, owned then ghost. Its values can be assigned to another field of the
-/// same layout and components; otherwise it is move-only.
+/// A distributed field: `components` doubles on every item of a layout, owned items before ghosts. Move-only, except
+/// that values can be assigned to a field of the same layout and components.
 class Field {
  public:
   /// A view of all local values, ghosts last, (components x local); it cannot change their number.
@@ -18,7 +18,7 @@ class Field {
   using ConstValues = Eigen::Map<const Eigen::MatrixXd, Eigen::AlignedMax>;
 
   Field() = default;
-  /// Zeros. Collective.
+  /// A field of zeros. Collective.
   Field(const Layout& layout, int components);
   Field(Field&&) = default;
   Field& operator=(Field&&) = default;
@@ -27,10 +27,10 @@ class Field {
   Field& operator=(const Field& other);
 
   int components() const { return static_cast<int>(values_.rows()); }
-  /// Writing to the owned part must be followed by update_ghosts.
+  /// The values; writing to the owned part must be followed by update_ghosts.
   Values values() { return {values_.data(), values_.rows(), values_.cols()}; }
   ConstValues values() const { return {values_.data(), values_.rows(), values_.cols()}; }
-  /// Column of a vector field.
+  /// Value of a vector field at an item.
   Eigen::Map<Eigen::Vector3d> vector(PetscInt i) { return Eigen::Map<Eigen::Vector3d>(values_.data() + 3 * i); }
   Eigen::Map<const Eigen::Vector3d> vector(PetscInt i) const {
     return Eigen::Map<const Eigen::Vector3d>(values_.data() + 3 * i);
@@ -40,7 +40,7 @@ class Field {
 
   /// Copies the owners' values to the ghosts. Collective. Several fields at once: update_ghosts(layout, a, b, ...).
   void update_ghosts();
-  /// Adds the ghosts' values to the owners' and zeroes the ghosts. Collective.
+  /// Adds the ghosts' values to the owners' and sets the ghosts to 0. Collective.
   void add_ghosts();
 
  private:

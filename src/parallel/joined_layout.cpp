@@ -21,8 +21,8 @@ JoinedLayout::JoinedLayout(const std::vector<Layout>& parts) {
     ghosts_.push_back({behind, parts[p].ghosts()});
     behind += parts[p].ghosts();
     const PetscInt in_whole = layout_.first + owned_[p].first;
-    std::vector<PetscInt>& part_begins = part_begins_.emplace_back(static_cast<std::size_t>(ranks));
-    std::vector<PetscInt>& whole_begins = whole_begins_.emplace_back(static_cast<std::size_t>(ranks));
+    std::vector<PetscInt>& part_begins = part_begins_.emplace_back(ranks);
+    std::vector<PetscInt>& whole_begins = whole_begins_.emplace_back(ranks);
     MPI_Allgather(&parts[p].first, 1, MPIU_INT, part_begins.data(), 1, MPIU_INT, comm);
     MPI_Allgather(&in_whole, 1, MPIU_INT, whole_begins.data(), 1, MPIU_INT, comm);
   }

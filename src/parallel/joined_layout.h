@@ -8,8 +8,8 @@
 namespace pellicle {
 inline namespace parallel {
 
-/// Several layouts joined under one numbering. A rank has the owned items of all parts, one part after the other, and
-/// then their ghosts in the same order: values that are up to date in the parts are so in the whole.
+/// Several layouts, the parts, joined to one, the whole. A rank has the owned items of all parts, part after part, and
+/// then their ghosts in the same order: ghosts that are up to date in the parts are so in the whole.
 class JoinedLayout {
  public:
   /// Collective. @param parts at least one, of the same communicator
@@ -22,15 +22,15 @@ class JoinedLayout {
     const Piece& owned = owned_[part];
     return item < owned.count ? owned.first + item : ghosts_[part].first + item - owned.count;
   }
-  /// Global number in the whole of an item of a part, whichever rank has it.
+  /// Global number in the whole of an item of a part, of any rank.
   PetscInt global(std::size_t part, PetscInt global_number) const;
-  /// First of the owned items of a part.
+  /// Local number in the whole of the first owned item of a part.
   PetscInt first_owned(std::size_t part) const { return owned_[part].first; }
-  PetscInt owned(std::size_t part) const { return owned_[part].count; }  ///< how many
+  PetscInt owned(std::size_t part) const { return owned_[part].count; }  ///< number of owned items of a part
 
   /// Copies values of a part, ghosts included, into those of the whole. Not collective.
   void put(std::size_t part, const Field& of_part, Field& whole) const;
-  /// The other way.
+  /// Copies values of the whole, ghosts included, into those of a part. Not collective.
   void take(std::size_t part, const Field& whole, Field& of_part) const;
 
  private:
@@ -41,9 +41,9 @@ class JoinedLayout {
 
   Layout layout_;
   std::vector<Piece> owned_;                         ///< of each part
-  std::vector<Piece> ghosts_;                        ///< likewise
-  std::vector<std::vector<PetscInt>> part_begins_;   ///< of each part and rank: its first item, and behind the last
-  std::vector<std::vector<PetscInt>> whole_begins_;  ///< the same items in the whole
+  std::vector<Piece> ghosts_;                        ///< of each part
+  std::vector<std::vector<PetscInt>> part_begins_;   ///< of each part: first item of each rank, and the count
+  std::vector<std::vector<PetscInt>> whole_begins_;  ///< numbers of these items in the whole
 };
 
 }  // namespace parallel

@@ -11,12 +11,12 @@ inline namespace parallel {
 
 class GhostExchange;
 
-/// Who owns which item of a distributed numbering. Local numbers run over owned items, then ghosts; the global number
-/// of owned item i is `first + i`.
+/// A distributed numbering of items with their owners. Local numbers run over owned items, then ghosts; the global
+/// number of owned item i is `first + i`.
 struct Layout {
   MPI_Comm comm = MPI_COMM_NULL;
   PetscInt owned = 0;                  ///< items of this rank
-  PetscInt first = 0;                  ///< global number of its first item
+  PetscInt first = 0;                  ///< global number of this rank's first item
   PetscInt global = 0;                 ///< items of all ranks
   std::vector<PetscInt> ghost_global;  ///< global numbers of the ghosts, which other ranks own
 
@@ -26,11 +26,11 @@ struct Layout {
     return local_number < owned ? first + local_number : ghost_global[local_number - owned];
   }
 
-  /// What sends values between owners and ghosts (parallel/exchange.h), made by the first call, after which the layout
-  /// may not change. Collective.
+  /// The messages between owners and ghosts (parallel/exchange.h), made by the first call, after which the layout may
+  /// not change. Collective.
   const std::shared_ptr<const GhostExchange>& exchange() const;
 
-  mutable std::shared_ptr<const GhostExchange> made_exchange;  ///< by exchange(), or none yet
+  mutable std::shared_ptr<const GhostExchange> made_exchange;  ///< made by exchange(), or null
 };
 
 /// Local numbers of a layout by the global ones.
@@ -39,7 +39,7 @@ class LocalNumbers {
   LocalNumbers() = default;
   explicit LocalNumbers(const Layout& layout);
 
-  /// -1: neither owned nor a ghost.
+  /// Local number of an item; -1: neither owned nor a ghost.
   PetscInt find(PetscInt global) const;
 
  private:
@@ -48,10 +48,10 @@ class LocalNumbers {
   std::vector<std::pair<PetscInt, PetscInt>> ghosts_;  ///< global and local number, sorted
 };
 
-/// The same with further ghosts, which come last. @param global_numbers other ranks' items that are no ghosts yet
+/// A layout with further ghosts, which come last. @param global_numbers other ranks' items that are no ghosts yet
 Layout with_ghosts(const Layout& layout, const std::vector<PetscInt>& global_numbers);
 
-/// Items of which this rank owns `owned`, without ghosts. Collective.
+/// A layout without ghosts of which this rank owns `owned` items. Collective.
 Layout number_owned(MPI_Comm comm, PetscInt owned);
 
 }  // namespace parallel

@@ -13,11 +13,10 @@ inline namespace parallel {
 
 namespace {
 
-/// Weights of a graph's cells and neighbourhoods, and the share of the whole that each part is to have; empty: all
-/// equal.
+/// Weights of a graph's cells and edges, and the share of each part in the whole; empty: all equal.
 struct Weights {
-  idx_t of_cell = 1;         ///< how many weights a cell has, each of which is to be spread evenly
-  std::vector<idx_t> cells;  ///< those of each cell
+  idx_t of_cell = 1;         ///< number of weights of a cell, each of which is balanced
+  std::vector<idx_t> cells;  ///< weights of each cell
   std::vector<idx_t> neighbours;
   std::vector<real_t> parts;
 };
@@ -57,7 +56,7 @@ std::vector<int> split(CellGraph graph, Weights weights, int parts, decltype(&ME
   return part;
 }
 
-/// Joins each cell that is still alone with at most 5 neighbours that are. @returns the group of each cell
+/// Joins each cell without a group with up to 5 neighbours without one. @returns the group of each cell
 std::vector<int> small_groups(const CellGraph& graph, int& count) {
   constexpr int most = 5;
   std::vector<int> group(graph.cells(), -1);
@@ -98,7 +97,7 @@ struct Members {
   std::vector<std::size_t> cells;
 };
 
-/// The graph of groups of cells, weighted by what they hold.
+/// The graph of groups of cells, weighted by their cells and edges.
 CellGraph graph_of_groups(const CellGraph& graph, const std::vector<int>& group, int count, Weights& weights) {
   const Members members(group, count);
   CellGraph coarse;
@@ -129,8 +128,8 @@ CellGraph graph_of_groups(const CellGraph& graph, const std::vector<int>& group,
   return coarse;
 }
 
-/// Regions of so many patches each, in a third of the time that bisecting the graph itself takes: METIS coarsens the
-/// graph anew for each bisection, here only that of small groups of cells.
+/// Splits the graph into regions of several patches in a third of the time of bisecting the graph itself: METIS
+/// coarsens the graph for each bisection, here only that of small groups of cells.
 std::vector<int> split_in_regions(const CellGraph& graph, const std::vector<int>& patches) {
   int count = 0;
   const std::vector<int> group = small_groups(graph, count);
@@ -200,7 +199,7 @@ std::vector<int> split_in_patches(CellGraph graph, int patches) {
     part.offsets.push_back(0);
     for (std::size_t c = members.first[r]; c < members.first[r + 1]; ++c) {
       for (int k = graph.offsets[members.cells[c]]; k < graph.offsets[members.cells[c] + 1]; ++k) {
-        const auto neighbour = static_cast<std::size_t>(graph.neighbours[k]);
+        const std::size_t neighbour = graph.neighbours[k];
         if (region[neighbour] == static_cast<int>(r)) {
           part.neighbours.push_back(number[neighbour]);
         }

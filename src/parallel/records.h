@@ -10,8 +10,7 @@
 namespace pellicle {
 inline namespace parallel {
 
-/// Records of the same number of bytes, one for each item: data that travel with particles and cells without being
-/// interpreted.
+/// Records of equal numbers of bytes, one for each item: uninterpreted data that move with particles and cells.
 class Records {
  public:
   Records() = default;
@@ -21,7 +20,7 @@ class Records {
       : bytes_(bytes), count_(count), data_(bytes * static_cast<std::size_t>(count)) {}
 
   /// The records of values of a plain type.
-  /// @param count of the records, each of which has as many values
+  /// @param count of the records, each of `values_each` values
   template <class Value>
   static Records of(const std::vector<Value>& values, PetscInt count, std::size_t values_each = 1) {
     static_assert(std::is_trivially_copyable_v<Value>, "a record is copied byte by byte");
@@ -36,7 +35,7 @@ class Records {
     return of(values, static_cast<PetscInt>(values.size()));
   }
 
-  /// The values of which these are the records.
+  /// The records as values of a plain type.
   template <class Value>
   std::vector<Value> as() const {
     static_assert(std::is_trivially_copyable_v<Value>, "a record is copied byte by byte");

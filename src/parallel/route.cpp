@@ -17,7 +17,7 @@ Route::Route(MPI_Comm comm, const std::vector<int>& destinations) : comm_(comm),
   int ranks = 1;
   MPI_Comm_size(comm, &ranks);
   std::iota(order_.begin(), order_.end(), 0);
-  const auto destination = [&](PetscInt item) { return destinations[static_cast<std::size_t>(item)]; };
+  const auto destination = [&](PetscInt item) { return destinations[item]; };
   std::stable_sort(order_.begin(), order_.end(),
                    [&](PetscInt a, PetscInt b) { return destination(a) < destination(b); });
   std::vector<int> sent(ranks, 0);

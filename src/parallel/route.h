@@ -9,26 +9,26 @@
 namespace pellicle {
 inline namespace parallel {
 
-/// Sends items to ranks of the caller's choice, and answers back. What arrives is in the order of the sending ranks,
-/// and within a rank in that rank's own order.
+/// Sends items to chosen ranks, and answers back. Arriving items are in the order of the sending ranks, and within a
+/// rank in that rank's order.
 class Route {
  public:
   /// Collective.
   /// @param destinations rank to which each item of this rank goes
   Route(MPI_Comm comm, const std::vector<int>& destinations);
 
-  /// Items that arrive.
+  /// Number of arriving items.
   PetscInt arrivals() const { return static_cast<PetscInt>(sources_.size()); }
-  /// The rank that sends each of them.
+  /// The sending rank of each arriving item.
   const std::vector<int>& sources() const { return sources_; }
 
-  /// Sends the items' records, of as many bytes on all ranks. Collective.
+  /// Sends the items' records, of equal size on all ranks. Collective.
   Records send(const Records& records) const;
-  /// Sends records of the items that have arrived back to where they came from. Collective.
+  /// Sends records of the arrived items back to their origins. Collective.
   /// @returns in the order of the destinations
   Records send_back(const Records& records) const;
 
-  /// The same with values of a plain type.
+  /// Sends values of a plain type.
   template <class Value>
   std::vector<Value> send(const std::vector<Value>& values) const {
     return send(Records::of(values)).template as<Value>();
@@ -39,7 +39,7 @@ class Route {
   }
 
  private:
-  /// Items of each rank, and where those of a rank begin.
+  /// Number of items of each rank, and the first of each rank.
   struct Counts {
     std::vector<int> count;
     std::vector<int> begin;

@@ -9,15 +9,15 @@
 namespace pellicle {
 inline namespace prism {
 
-/// Damping in a step as a potential, c (x - x_v).C (x - x_v) / 2, where c (x - x_v) is the velocity and
-/// C = mass_damping M + stiffness_damping K (balloon paper, eq. 18). K is the elements' stiffness, at positions fixed
-/// in the step, without the part that would give one of them negative eigenvalues. Nothing here communicates.
+/// Damping in a step as a potential, c (x - x_v).C (x - x_v) / 2, where c (x - x_v) is the velocity and C =
+/// mass_damping M + stiffness_damping K (balloon paper, eq. 18). K is the elements' stiffness at positions fixed in the
+/// step, without the part that would give an element negative eigenvalues. No communication.
 class DampingPotential : public Potential {
  public:
   /// Elements and masses must outlive it. @param mass of the owned vertices [kg]
   DampingPotential(const PrismElements& elements, const std::vector<double>& mass, const PrismOptions& options);
 
-  /// For the step to come. @param at where K is taken, with its thicknesses @param still x_v of the local vertices [m]
+  /// Begins a step. @param at positions for K, with thicknesses @param still x_v of the local vertices [m]
   /// @param rate c [1/s]
   void begin_step(const Field& at, const std::vector<double>& thickness_ratio, const Eigen::Matrix3Xd& still,
                   double rate);

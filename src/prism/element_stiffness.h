@@ -8,14 +8,14 @@
 namespace pellicle {
 inline namespace prism {
 
-/// The stiffness K = d2U/dx2 of the local elements at some positions and that of the pressure load on them, in one of
-/// several ways. Nothing here communicates.
+/// Interface of the stiffness K = d2U/dx2 of the local elements and of the pressure load on them, at given positions.
+/// No communication.
 class ElementStiffness {
  public:
   virtual ~ElementStiffness() = default;
 
-  /// Takes the values at these positions, ghosts up to date.
-  /// @param pressure of the local elements, whose load stiffness counts [Pa], or empty for none
+  /// Evaluates the stiffness at positions with ghosts up to date.
+  /// @param pressure on the local elements, whose load stiffness is included [Pa], or empty for none
   virtual void update(const Field& positions, const std::vector<double>& thickness_ratio,
                       const std::vector<double>& pressure) = 0;
 

@@ -11,8 +11,8 @@ namespace {
 
 constexpr double half_root = 0.70710678118654752440;  // sqrt(1/2)
 
-/// (S_i - S_3)/(C_i - C_3) of the principal axis i in the plane, whose C is x; y is the other's, z = C_3.
-/// @param p S = ... - p C^-1 is what the element's constant volume adds
+/// (S_i - S_3)/(C_i - C_3) for the in-plane principal axis i with C_i = x; y is the other in-plane value, z = C_3.
+/// @param p Lagrange multiplier of the element's volume: S = ... - p C^-1
 double shear_modulus(const EnergyDensity& psi, double p, double x, double y, double z) {
   const auto& [by_t, by_d, by_c] = psi.gradient;
   const double constraint = p / (x * z);
@@ -61,7 +61,7 @@ GradientElement gradient_element(const Material& material, ThicknessRule rule, c
   const double p = rule == ThicknessRule::incompressible ? 2 * psi.gradient[2] * c : 0;
   element.shear = shear_moduli(psi, p, green, c);
 
-  // In the plane U(a) suffices: dU = V/2 S : dC.
+  // The in-plane part follows from U(a): dU = V/2 S : dC.
   const Eigen::Matrix3d inverse = cauchy_green_of_metric(rest).inverse();
   const Eigen::Vector3d s = 2 / rest.volume * inverse.transpose() * energy.gradient;
   element.stress << s[0], half_root * s[2], 0, half_root * s[2], s[1], 0, 0, 0, 2 * psi.gradient[2] - p / c;

@@ -7,14 +7,14 @@
 namespace pellicle {
 inline namespace prism {
 
-// The prism element as the balloon paper has it (eq. 2 to 11): its deformation gradient is stored, and stress and the
-// action of the tangent follow from it. With the director varied it is in exact arithmetic the same as `metric_energy`,
-// which needs less. Axes of the undeformed element: those of `inverse_edges`, and its normal.
+// The prism element as in the balloon paper (eq. 2 to 11): stress and the action of the tangent follow from the stored
+// deformation gradient. With Director::varied it equals `metric_energy`, which needs fewer operations, in exact
+// arithmetic. Axes of the undeformed element: those of `inverse_edges`, and its normal.
 
-/// How the tangent treats the director.
+/// Treatment of the director in the tangent.
 enum class Director {
-  varied,   ///< it stays normal: then no transverse shear arises, and nothing across the wall does work
-  left_out  ///< the paper's: dF has no third column, which adds a transverse shear stiffness
+  varied,   ///< stays normal: no transverse shear, and no work across the wall
+  left_out  ///< as in the paper: dF has no third column, which adds a transverse shear stiffness
 };
 
 /// A deformed element, linearised.

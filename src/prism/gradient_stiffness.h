@@ -10,11 +10,11 @@
 namespace pellicle {
 inline namespace prism {
 
-/// The stiffness from the stored deformation gradient, element by element: the balloon paper's way (eq. 11), for
+/// Stiffness from the stored deformation gradient, element by element, as in the balloon paper (eq. 11), for
 /// comparison.
 class GradientStiffness : public ElementStiffness {
  public:
-  /// Elements must outlive it.
+  /// Elements must outlive this object.
   GradientStiffness(const PrismElements& elements, Director director);
 
   void update(const Field& positions, const std::vector<double>& thickness_ratio,

@@ -24,9 +24,9 @@ struct Material {
   double c1 = 0;                    ///< Mooney-Rivlin [Pa]
   double c2 = 0;                    ///< Mooney-Rivlin [Pa]
   std::vector<double> ogden_mu;     ///< [Pa]
-  std::vector<double> ogden_alpha;  ///< exponents, as many
-  bool wrinkles = false;            ///< metric_energy is relaxed: by tension field, see there
-  double tension = 0;               ///< if it wrinkles: stress of the undeformed wall, see metric_energy [Pa]
+  std::vector<double> ogden_alpha;  ///< exponents, as many as ogden_mu
+  bool wrinkles = false;            ///< whether metric_energy is relaxed by tension-field theory
+  double tension = 0;               ///< if the wall wrinkles: its undeformed stress in metric_energy [Pa]
 };
 
 inline const std::vector<std::string>& names_of(Material::Law) {
@@ -51,7 +51,7 @@ struct EnergyDensity {
   double hessian[3][3] = {};  ///< [Pa], symmetric
 };
 
-/// @param t > 0, 0 < d <= t^2/4, c > 0
+/// psi at a state. @param t > 0 @param d in 0 < d <= t^2/4 @param c > 0
 EnergyDensity energy_density(const Material& material, double t, double d, double c);
 
 /// Operations of energy_density, as PETSc counts: sums, products, quotients, roots, logarithms and powers, one each.

@@ -13,8 +13,8 @@ inline namespace prism {
 
 namespace {
 
-/// c with dpsi/dc = 0 at a minimum of psi: Newton's method in ln c, kept inside the bracket found so far. NaN if it
-/// finds none.
+/// c with dpsi/dc = 0 at a minimum of psi: Newton's method in ln c, kept inside the bracket found so far. NaN
+/// without convergence.
 double balanced_c(const Material& material, double t, double d, double start) {
   constexpr double longest_step = 1;  // of ln c
   double lower = 0, upper = std::numeric_limits<double>::infinity();
@@ -58,13 +58,13 @@ InPlaneDensity in_plane_density(const EnergyDensity& psi, ThicknessRule rule, do
   return result;
 }
 
-/// psi at a state, with its c.
+/// psi at a state, with c.
 struct InPlaneState {
   InPlaneDensity psi;
   double c;
 };
 
-/// @param given c of ThicknessRule::fixed, or where the search for that of plane_stress starts
+/// @param given c of ThicknessRule::fixed, or the starting value for plane_stress
 InPlaneState in_plane_state(const Material& material, ThicknessRule rule, double t, double d, double given) {
   double c = given;
   if (rule == ThicknessRule::incompressible) {
@@ -85,8 +85,8 @@ PrincipalDensity principal_density(const InPlaneDensity& psi, double x, double y
           psi.tt + psi.td * (x + y) + psi.dd * x * y + psi.d, psi.tt + 2 * psi.td * x + psi.dd * x * x};
 }
 
-/// y at which f_y = 0 for an x > 1: Newton's method in ln y, kept inside the bracket found so far. NaN if it finds
-/// none.
+/// y at which f_y = 0 for an x > 1: Newton's method in ln y, kept inside the bracket found so far. NaN without
+/// convergence.
 double natural_width(const Material& material, ThicknessRule rule, double x, double given) {
   constexpr double longest_step = 1;  // of ln y
   double lower = 0;
@@ -110,7 +110,7 @@ double natural_width(const Material& material, ThicknessRule rule, double x, dou
   return std::numeric_limits<double>::quiet_NaN();
 }
 
-/// The relaxed energy where the wall wrinkles or is slack; nothing where it is taut.
+/// The relaxed energy of a wrinkled or slack wall; none if the wall is taut.
 /// @param psi at a, not relaxed @param given as for in_plane_state
 std::optional<MetricEnergy> relaxed(const Material& material, ThicknessRule rule, const RestMetric& rest,
                                     const Eigen::Vector3d& a, const InPlaneDensity& psi, double given) {

@@ -12,9 +12,9 @@ inline namespace prism {
 // energy, forces and tangent follow from U(a), a = (e12.e12, e12.e13, e13.e13), exactly, the director's derivatives
 // included.
 
-/// How the wall's thickness changes while the element deforms.
+/// Rule for the wall's thickness while the element deforms.
 enum class ThicknessRule {
-  fixed,           ///< c is given (also the paper's way, "global": c is no unknown of the solve)
+  fixed,           ///< c is given, also for the paper's "global" rule: c is no unknown of the solve
   incompressible,  ///< the element keeps its volume: c = 1/det of the in-plane block
   plane_stress     ///< the stress across the wall vanishes: dpsi/dc = 0
 };
@@ -42,7 +42,7 @@ inline Eigen::Vector3d metric(const Eigen::Vector3d& e12, const Eigen::Vector3d&
   return {e12.squaredNorm(), e12.dot(e13), e13.squaredNorm()};
 }
 
-/// Which derivatives of an element's energy are wanted.
+/// Highest derivatives of an element's energy to compute.
 enum class Derivatives { first, second };
 
 /// Energy of an element and its derivatives by a = (e12.e12, e12.e13, e13.e13), the thickness eliminated by the rule.
@@ -53,17 +53,16 @@ struct MetricEnergy {
   double thickness_ratio = 1;  ///< h/h0 = sqrt(c)
 };
 
-/// For a material that wrinkles it is the relaxed energy of tension-field theory, for a wall so thin that it bears no
-/// compression (Pipkin, The relaxed energy density for isotropic elastic membranes, IMA J. Appl. Math. 36, 1986;
-/// Steigmann, Tension-field theory, Proc. R. Soc. Lond. A 429, 1990). Let l1 >= l2 be the principal stretches, and
-/// w(l1) the l2 at which there is no stress across the tension. If l2 >= w (taut) the energy stays as it is; if l1 > 1
-/// and l2 < w (wrinkled) it is the energy at (l1, w), uniaxial tension; if l1 <= 1 and l2 < w (slack) it is 0, and so
-/// are its derivatives. The thickness is that of the wall in its wrinkles. Not available for a given thickness other
-/// than 1. Material::tension T adds T (tr C - 2)/2, a second Piola-Kirchhoff stress T in all directions, so that no
-/// state is without stiffness.
+/// Energy of an element. For a material that wrinkles it is the relaxed energy of tension-field theory, for a wall too
+/// thin to bear compression (Pipkin, The relaxed energy density for isotropic elastic membranes, IMA J. Appl. Math. 36,
+/// 1986; Steigmann, Tension-field theory, Proc. R. Soc. Lond. A 429, 1990). Let l1 >= l2 be the principal stretches,
+/// and w(l1) the l2 of uniaxial tension. If l2 >= w (taut) the energy is not changed; if l1 > 1 and l2 < w (wrinkled)
+/// it is the energy at (l1, w); if l1 <= 1 and l2 < w (slack) it is 0 with its derivatives. The thickness is that of
+/// the wall in its wrinkles. Not available for a given thickness ratio other than 1. Material::tension T adds T (tr C -
+/// 2)/2, a second Piola-Kirchhoff stress T in all directions, so that no state is without stiffness.
 ///
-/// The energy is infinite and nothing else finite where the element has collapsed (no area) or, for plane_stress, no
-/// thickness gives zero stress across the wall.
+/// The energy is infinite and its derivatives are not finite if the element has collapsed (no area) or, for
+/// plane_stress, no thickness gives zero stress across the wall.
 /// @param given_ratio h/h0 for ThicknessRule::fixed; a starting value for plane_stress
 MetricEnergy metric_energy(const Material& material, ThicknessRule rule, const RestMetric& rest,
                            const Eigen::Vector3d& a, double given_ratio, Derivatives order = Derivatives::second);
@@ -72,15 +71,15 @@ MetricEnergy metric_energy(const Material& material, ThicknessRule rule, const R
 /// plane_stress are left out.
 int metric_energy_flops(const Material& material, ThicknessRule rule, Derivatives order);
 
-/// What an element matrix is made from: gradient and Hessian by a, exact or their positive part.
+/// Gradient and Hessian by a for an element matrix, exact or their positive part.
 struct MetricTangent {
   Eigen::Vector3d gradient;  ///< [J/m^2]
   Eigen::Matrix3d hessian;   ///< [J/m^4], symmetric
 };
 
 /// The part of the tangent that keeps every element positive semi-definite: the geometric stiffness uses the gradient
-/// with compressive principal stresses (second Piola-Kirchhoff) left out, and the Hessian, as stiffness in orthonormal
-/// undeformed axes, is used without negative eigenvalues. Where there is nothing to leave out it is the exact tangent.
+/// without compressive principal stresses (second Piola-Kirchhoff), and the Hessian, as stiffness in orthonormal
+/// undeformed axes, has no negative eigenvalues. Without compression and negative eigenvalues it is the exact tangent.
 MetricTangent positive_part(const MetricEnergy& energy, const RestMetric& rest);
 
 }  // namespace prism

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t lanes = StiffnessBatch::lanes;
 
-/// The product of some batches. Inlined into one function for each set of instructions.
+/// The product of some batches; inlined into one function for each instruction set.
 [[gnu::always_inline]] inline void multiply(const StiffnessBatch* batches, std::size_t count, double factor,
                                             const double* w, double* result) {
   for (std::size_t b = 0; b < count; ++b) {
@@ -108,7 +108,7 @@ Multiply fastest_multiply() {
 }
 
 /// Adds the blocks of lane i of a batch. @param first number of the first of its nine
-/// @param whole all of them; otherwise only the three of a corner with itself
+/// @param whole whether all nine are added; otherwise only the three of a corner with itself
 void add_element(const StiffnessBatch& batch, std::size_t i, double factor, std::size_t first, bool whole,
                  const HessianBlocks& blocks) {
   const Eigen::Vector3d e12(batch.e12[0][i], batch.e12[1][i], batch.e12[2][i]);

@@ -9,19 +9,19 @@
 namespace pellicle {
 inline namespace prism {
 
-/// What the stiffness of eight elements is made from, side by side: a processor handles as many at once as it can.
+/// Data for the stiffness of eight elements, side by side for vector instructions.
 struct alignas(64) StiffnessBatch {
   static constexpr std::size_t lanes = 8;
 
   double e12[3][lanes];       ///< edge [m]
   double e13[3][lanes];       ///< edge [m]
   double spread[3][lanes];    ///< 2 U_1, U_2, 2 U_3, from the gradient of the energy by the metric [N/m]
-  double coupling[6][lanes];  ///< from its Hessian: 4 U_11, 2 U_12, 4 U_13, U_22, 2 U_23, 4 U_33 [N/m^3]
+  double coupling[6][lanes];  ///< from the Hessian of the energy: 4 U_11, 2 U_12, 4 U_13, U_22, 2 U_23, 4 U_33 [N/m^3]
   double load[lanes];         ///< a sixth of the pressure [Pa]
   PetscInt corner[3][lanes];  ///< local vertex number times 3
 };
 
-/// The stiffness from the metric, exact, in batches of eight elements.
+/// Stiffness from the metric, exact or its positive part, in batches of eight elements.
 ///
 /// With w12 = w2 - w1 and w13 = w3 - w1 the product is, for x2 and x3 (x1 gets minus their sum),
 ///
@@ -31,11 +31,10 @@ struct alignas(64) StiffnessBatch {
 /// and the load's -(p/6) (w12 x e13 + e12 x w13) for each corner (add_pressure_stiffness_action).
 class MetricStiffness : public ElementStiffness {
  public:
-  /// Elements must outlive it. @param positive leaves out what would give an element negative eigenvalues, see
-  /// positive_part
+  /// Elements must outlive this object. @param positive whether to use each element's positive_part
   MetricStiffness(const PrismElements& elements, bool positive);
 
-  /// From the next update on this share of what would give an element negative eigenvalues is left out, 0 to 1.
+  /// Sets the share, 0 to 1, of the way from the exact stiffness to positive_part from the next update on.
   void leave_out(double share) { left_out_ = share; }
 
   void update(const Field& positions, const std::vector<double>& thickness_ratio,
@@ -45,7 +44,7 @@ class MetricStiffness : public ElementStiffness {
 
  private:
   const PrismElements* elements_;
-  double left_out_;  ///< 1: all of it
+  double left_out_;  ///< share set by leave_out; 1: positive_part
   std::vector<StiffnessBatch> batches_;
 };
 

@@ -22,13 +22,13 @@ namespace {
 /// Squared singular values of a fit below this share of the largest count as zero: the neighbours do not determine the
 /// curvature.
 constexpr double negligible = 1e-4;
-/// Weight of a point beyond the neighbours, which is to add only what the neighbours do not determine. In a net of
-/// squares that are cut by both diagonals, moments then balance between the squares' corners and middles.
+/// Weight of a point beyond the neighbours, small so that it affects only what the neighbours do not determine. In a
+/// net of squares that are cut by both diagonals, moments then balance between the squares' corners and middles.
 constexpr double weight_beyond = 0.1;
-/// Neighbours with which a vertex needs no further points.
+/// Number of neighbours with which a vertex needs no further points.
 constexpr std::size_t enough = 5;
-/// What is fitted has at most five terms: small matrices of fixed bounds are multiplied without Eigen's blocked
-/// products, which take a minute to compile.
+/// Matrices of a fit, with at most five terms: fixed bounds avoid Eigen's blocked products, which take a minute to
+/// compile.
 using FittedTerms = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, Eigen::Dynamic, 5>;
 using NormalMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 5, 5>;
 /// Cosine up to which a plane counts as perpendicular to the wall.
@@ -49,7 +49,7 @@ PlateStencils::PlateStencils(const Membrane& membrane, const Projectors& project
   rest.update_ghosts();
   const Eigen::Matrix3Xd undeformed = rest.values();
   for (std::size_t k = 0; k < all.size(); ++k) {
-    const auto vertex = static_cast<std::size_t>(number(all[k].centre));
+    const std::size_t vertex = number(all[k].centre);
     // A vertex beyond the membrane's matters to this rank inside the wall only.
     const bool is_near = vertex < projectors.size();
     const bool has_one =
@@ -67,8 +67,8 @@ PetscInt PlateStencils::number(PetscInt global) const {
   return is_owned ? global - reach_.first : ghosts_.at(global);
 }
 
-/// Puts neighbours in order: from an edge of the mesh, or from the lowest number, so that all ranks do the same. None
-/// where the mesh touches itself.
+/// Puts neighbours in order, from an edge of the mesh or from the lowest number, alike on all ranks. Empty if the mesh
+/// touches itself at the vertex.
 PlateStencils::Fan PlateStencils::fan_of(std::vector<Wedge> wedges) {
   Fan fan;
   std::sort(wedges.begin(), wedges.end(), [](const Wedge& a, const Wedge& b) { return a.next < b.next; });
@@ -100,7 +100,7 @@ PlateStencils::Fan PlateStencils::fan_of(std::vector<Wedge> wedges) {
   return fan;
 }
 
-/// The points of the stencils of owned vertices, then of others that have an owned vertex among them. Makes `reach_`.
+/// The points of the stencils of owned vertices, then of stencils of others with an owned vertex. Makes `reach_`.
 /// Collective.
 /// @param wedges set to those of the owned vertices
 std::vector<PlateStencils::Fan> PlateStencils::fans(const Membrane& membrane, std::vector<std::vector<Wedge>>& wedges) {
@@ -169,7 +169,7 @@ std::vector<PlateStencils::Fan> PlateStencils::fans(const Membrane& membrane, st
     fan.beyond.erase(std::unique(fan.beyond.begin(), fan.beyond.end()), fan.beyond.end());
   }
 
-  // To the ranks that own another point of a stencil.
+  // Stencils go to the ranks that own another of their points.
   struct Point {
     PetscInt centre;
     PetscInt point;

@@ -10,36 +10,36 @@
 namespace pellicle {
 inline namespace prism {
 
-/// The elastic wall as a whole: energies and forces of all prism elements (balloon paper, section 4). Nothing here
-/// communicates: ghosts of positions are up to date, sums are this rank's share.
+/// The elastic wall: energies and forces of all prism elements (balloon paper, section 4). No communication: ghosts of
+/// positions are up to date, sums are this rank's share.
 class PrismElements {
  public:
-  /// Membrane and wall must outlive it.
+  /// Membrane and wall must outlive this object.
   PrismElements(const Membrane& membrane, const Wall& wall);
 
-  /// Sets what fire has made of the local elements, from here on: undeformed lengths are `length` times those of the
-  /// wall, and the energy is `stiffness` times that of such an element. An element without stiffness is gone: it has no
-  /// energy and its vertices may be anywhere. If both are empty all elements are as in the wall.
+  /// Sets the effect of fire on the local elements: undeformed lengths are `length` times those of the wall, and the
+  /// energy is `stiffness` times that of such an element. An element of stiffness 0 is gone: it has no energy, and its
+  /// vertices may be anywhere. If both are empty all elements are as in the wall.
   void set_burnt(std::vector<double> stiffness, const std::vector<double>& length);
-  /// Stiffness of a local element, see set_burnt.
+  /// Stiffness of a local element, as in set_burnt.
   double stiffness(std::size_t element) const { return stiffness_.empty() ? 1 : stiffness_[element]; }
   const RestMetric& rest(std::size_t element) const { return rest_.empty() ? wall_->rest[element] : rest_[element]; }
 
   /// Elastic energy of the owned elements [J]; infinite when one has collapsed.
-  /// @param thickness_ratio h/h0 of the local elements: what ThicknessRule::fixed keeps, a starting value otherwise
+  /// @param thickness_ratio h/h0 of the local elements: the ratio of ThicknessRule::fixed, a starting value otherwise
   double energy(const Field& positions, const std::vector<double>& thickness_ratio) const;
 
-  /// Adds -dU/dx of the owned vertices to `force`, (3 x owned) [N] (eq. 8). @returns what `energy` does
+  /// Adds -dU/dx of the owned vertices to `force`, (3 x owned) [N] (eq. 8). @returns the energy, as `energy` does
   double add_force(const Field& positions, const std::vector<double>& thickness_ratio, Eigen::Matrix3Xd& force) const;
 
-  /// h/h0 of the local elements as the rule makes it; leaves ThicknessRule::fixed as it is.
+  /// Sets h/h0 of the local elements by the rule; ThicknessRule::fixed keeps the ratio.
   void update_thickness(const Field& positions, std::vector<double>& thickness_ratio) const;
 
-  /// Energy of a local element with derivatives by its metric. Not finite where it has collapsed.
+  /// Energy of a local element with derivatives by its metric. Not finite if it has collapsed.
   MetricEnergy element_energy(std::size_t element, const Field& positions, double thickness_ratio,
                               Derivatives order) const;
 
-  /// Operations of element_energy with second derivatives for all local elements, as energy_density_flops counts them.
+  /// Operations of element_energy with second derivatives for all local elements, counted as in energy_density_flops.
   double tangent_flops() const { return tangent_flops_; }
   /// Stretches and stresses of a local element that is not gone. @param e12, e13 deformed edges [m]
   PrincipalState principal(std::size_t element, const Eigen::Vector3d& e12, const Eigen::Vector3d& e13,
@@ -63,8 +63,8 @@ class PrismElements {
   const Membrane* membrane_;
   const Wall* wall_;
   double owned_flops_ = 0;         ///< of element_energy with first derivatives, of the owned elements
-  double local_flops_ = 0;         ///< of all
-  double tangent_flops_ = 0;       ///< of all with second derivatives
+  double local_flops_ = 0;         ///< with first derivatives, of the local elements
+  double tangent_flops_ = 0;       ///< with second derivatives, of the local elements
   std::vector<double> stiffness_;  ///< of the local elements, or empty for 1
   std::vector<RestMetric> rest_;   ///< of the local elements, or empty for the wall's
 };

@@ -12,7 +12,7 @@ class OptionTable;
 }  // namespace base
 inline namespace prism {
 
-/// exact: the metric's; gradient: from F, director varied; paper: director left out.
+/// Tangent of the elements. exact: from the metric; gradient: from F, director varied; paper: director left out.
 enum class ElementTangent { exact, gradient, paper };
 inline const std::vector<std::string>& names_of(ElementTangent) {
   static const std::vector<std::string> names{"exact", "gradient", "paper"};
@@ -25,7 +25,7 @@ struct PrismOptions : NewtonOptions {
 
   Choice<ElementTangent> tangent = ElementTangent::exact;
   bool positive_elements = true;  ///< compressive stresses are left out of the geometric stiffness
-  bool inertia = true;            ///< false: quasi-static; the damping stays, as drag
+  bool inertia = true;            ///< false: quasi-static; the damping remains, as drag
   double mass_damping = 20;       ///< C = mass_damping M + stiffness_damping K [1/s]
   double stiffness_damping = 0;   ///< [s]
 };

@@ -56,12 +56,12 @@ VolumePreservation::VolumePreservation(const Membrane& membrane, const Wall& wal
       projectors_(&projectors),
       options_(options),
       rule_(options.rule),
-      piece_(static_cast<std::size_t>(membrane.particles.owned), 0) {
+      piece_(membrane.particles.owned, 0) {
   std::vector<double> mass(piece_.size(), 0.0);
-  const auto pieces = static_cast<std::size_t>(membrane.pieces());
+  const std::size_t pieces = membrane.pieces();
   std::vector<double> sums(3 * pieces, 0.0);  // volumes, inverse masses, vertices
   for (std::size_t e = 0; e < membrane.triangles.size(); ++e) {
-    const auto piece = static_cast<std::size_t>(membrane.piece[e]);
+    const std::size_t piece = membrane.piece[e];
     const double element_mass = wall.density[e] * wall.rest[e].volume;
     for (const PetscInt corner : membrane.triangles[e]) {
       if (corner < membrane.particles.owned) {
@@ -77,7 +77,7 @@ VolumePreservation::VolumePreservation(const Membrane& membrane, const Wall& wal
     }
   }
   for (std::size_t i = 0; i < mass.size(); ++i) {
-    const auto piece = static_cast<std::size_t>(piece_[i]);
+    const std::size_t piece = piece_[i];
     inverse_mass_.push_back(1 / mass[i]);
     sums[pieces + piece] += inverse_mass_[i];
     sums[2 * pieces + piece] += 1;
@@ -122,7 +122,7 @@ VolumePreservation::Constraint VolumePreservation::evaluate(const Field& positio
     constraint.virtual_gradient.col(column) = volume.gradient.col(3);
     constraint.virtual_vertices.col(column) = positions.vector(corners[0]) + e14;
     if (static_cast<PetscInt>(e) < membrane.elements.owned) {
-      const auto piece = static_cast<std::size_t>(membrane.piece[e]);
+      const std::size_t piece = membrane.piece[e];
       sums[piece] += volume.value;
       sums[pieces + piece] += weight(virtual_inverse_mass_[e]) * volume.gradient.col(3).squaredNorm();
     }
@@ -146,8 +146,7 @@ VolumePreservation::Constraint VolumePreservation::evaluate(const Field& positio
 void VolumePreservation::correct(Field& positions, std::vector<double>& thickness_ratio,
                                  const Constraint& constraint) const {
   const auto multiplier = [&](int piece, double inverse_mass) {
-    const auto p = static_cast<std::size_t>(piece);
-    return factor(inverse_mass, piece) * constraint.value[p] / constraint.squared_norm[p];
+    return factor(inverse_mass, piece) * constraint.value[piece] / constraint.squared_norm[piece];
   };
   for (std::size_t i = 0; i < inverse_mass_.size(); ++i) {
     const auto column = static_cast<Eigen::Index>(i);

@@ -16,14 +16,14 @@ class OptionTable;
 }  // namespace base
 inline namespace prism {
 
-/// See VolumePreservation.
+/// Rules of VolumePreservation for the correction.
 enum class VolumeRule { mass, printed, muller06 };
 inline const std::vector<std::string>& names_of(VolumeRule) {
   static const std::vector<std::string> names{"mass", "printed", "muller06"};
   return names;
 }
 
-/// How the rubber's volume is preserved after a step (balloon paper, section 7).
+/// Preservation of the rubber's volume after a step (balloon paper, section 7).
 struct VolumeOptions {
   Choice<VolumeRule> rule = VolumeRule::mass;
   double tolerance = 1e-9;  ///< of |C| relative to the undeformed volume
@@ -40,7 +40,7 @@ struct PrismVolume {
 };
 PrismVolume prism_volume(const Eigen::Vector3d& e12, const Eigen::Vector3d& e13, const Eigen::Vector3d& e14);
 
-/// From the first to the virtual vertex, in the middle of the prism's upper triangle.
+/// Vector from the first to the virtual vertex, which is in the middle of the prism's upper triangle [m].
 Eigen::Vector3d edge_to_virtual_vertex(const Eigen::Vector3d& e12, const Eigen::Vector3d& e13, double thickness);
 
 /// Volume preservation of the wall by Algorithm 2: each piece of the membrane keeps its undeformed volume as a whole,
@@ -49,10 +49,10 @@ Eigen::Vector3d edge_to_virtual_vertex(const Eigen::Vector3d& e12, const Eigen::
 /// Rules, with w = 1/m', m' from eq. 19 with 1/6 for the three vertices and 1/2 for the virtual one:
 /// - mass: dx_i = -w_i C g_i / sum_j w_j |g_j|^2, which solves the linearised constraint exactly
 /// - printed: dx_i = -(n w_i / sum_j w_j) w_i C g_i / sum_j |g_j|^2 (eq. 27 as printed), which diverges
-/// - muller06: the same without the second w_i
+/// - muller06: like printed, without the second w_i
 class VolumePreservation {
  public:
-  /// Membrane, wall and projectors must outlive it. Collective.
+  /// Membrane, wall and projectors must outlive this object. Collective.
   /// @param projectors on the directions in which each local vertex may move
   VolumePreservation(const Membrane& membrane, const Wall& wall, const Projectors& projectors,
                      const VolumeOptions& options);
@@ -62,12 +62,12 @@ class VolumePreservation {
   /// @param positions [m], ghosts up to date before and after
   /// @param thickness_ratio h/h0 of the local elements
   /// @returns `iterations`: corrections; `error`: largest |C| of a piece relative to its undeformed volume. Not
-  /// converged when a correction made the error larger: then both are restored to what they were. If all corrections
-  /// are used and the error is still above the tolerance, the result is kept.
+  /// converged if a correction made the error larger; positions and thickness are then restored. If all corrections are
+  /// used and the error is still above the tolerance, the result is kept.
   StageResult advance(Field& positions, std::vector<double>& thickness_ratio) const;
 
  private:
-  /// The constraints, one a piece, at some positions.
+  /// The constraints, one for each piece, at given positions.
   struct Constraint {
     std::vector<double> value;          ///< C [m^3]
     std::vector<double> squared_norm;   ///< sum of |g|^2, with the weights of the rule
@@ -91,7 +91,7 @@ class VolumePreservation {
   std::vector<double> inverse_mass_;          ///< w of each owned vertex [1/kg]
   std::vector<double> virtual_inverse_mass_;  ///< w of the virtual vertex of each local element [1/kg]
   std::vector<double> initial_volume_;        ///< V0 of each piece [m^3]
-  std::vector<double> mean_inverse_mass_;     ///< of the vertices of each piece, the virtual ones too [1/kg]
+  std::vector<double> mean_inverse_mass_;     ///< of the vertices of each piece, virtual ones included [1/kg]
 };
 
 }  // namespace prism

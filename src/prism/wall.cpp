@@ -140,8 +140,8 @@ std::vector<double> wall_thickness(const Membrane& membrane, const WallOptions& 
   return thickness;
 }
 
-/// Whether each local element is in a named group: is one of its faces or, of a group without faces, has all vertices
-/// in it. Collective.
+/// Whether each local element is in a named group: one of its faces, or for a group without faces with all vertices in
+/// it. Collective.
 std::vector<bool> elements_of_group(const Membrane& membrane, const std::string& key, const std::string& group) {
   const std::vector<bool> vertices = members_of_group(membrane, key, group);
   std::vector<bool> elements(membrane.triangles.size(), false);
@@ -159,7 +159,7 @@ std::vector<bool> elements_of_group(const Membrane& membrane, const std::string&
   return elements;
 }
 
-/// The local elements of a region; each selector must find something on some rank. Collective.
+/// The local elements of a region; each selector must select an element on some rank. Collective.
 /// @param key "regions.NAME."
 std::vector<bool> select(const Membrane& membrane, const std::string& key, const RegionOptions& options) {
   if (options.group.empty() && options.box.empty() && !options.radius) {
@@ -201,7 +201,7 @@ std::vector<bool> select(const Membrane& membrane, const std::string& key, const
   return chosen;
 }
 
-/// Applies to a region's elements what is different in them. Collective.
+/// Applies the options of a region to its elements. Collective.
 /// @param number of the region's material
 void apply_region(Wall& wall, const Membrane& membrane, const std::string& name, const RegionOptions& options,
                   int number, const std::vector<std::string>& names) {

@@ -10,10 +10,10 @@
 namespace pellicle {
 inline namespace prism {
 
-/// What the wall of a balloon is made of, element by element.
+/// Materials and undeformed geometry of a balloon's wall, element by element.
 struct Wall {
   ThicknessRule rule = ThicknessRule::incompressible;
-  bool preserve_volume = false;  ///< after each step, by Algorithm 2: the paper's way, with ThicknessRule::fixed
+  bool preserve_volume = false;  ///< after each step by Algorithm 2, as in the paper, with ThicknessRule::fixed
   std::vector<Material> materials;
   std::vector<int> material;      ///< of each local element
   std::vector<double> density;    ///< undeformed, of each local element [kg/m^3]
@@ -23,10 +23,10 @@ struct Wall {
   const Material& material_of(std::size_t element) const { return materials[material[element]]; }
 };
 
-/// The wall that the options describe. Materials: the wall's, then one for each region. Every law works with every
-/// rule: even without lambda each has a thickness that is free of stress (neo-Hookean, Ogden: the undeformed one).
+/// Makes the wall that the options describe. Materials: the wall's, then one for each region. Every law works with
+/// every rule, since each has a thickness free of stress even without lambda (neo-Hookean, Ogden: the undeformed one).
 /// Collective.
-/// @param texture in [0, 1] of each local element, where `wall.thickness_texture` gives the thickness; else empty
+/// @param texture in [0, 1] of each local element, if `wall.thickness_texture` gives the thickness; else empty
 /// @throws Error that names the key, and the element by its persistent id: a thickness that is not positive, an unknown
 /// field, two sources of thickness, a region that selects nothing, regions that overlap, constants that exclude each
 /// other or make no stable material (the undeformed state needs positive shear and bulk moduli)

@@ -20,7 +20,7 @@ namespace {
 /// Share of the area of the triangles laid flat below which |N| of a sharp fold gives no good normal.
 constexpr double sharp = 0.1;
 constexpr double flatness = 1 / (1 + sharp * sharp);  // so that a flat wall has a normal of length 1
-/// Stretch of a wall below which its metric is no longer followed.
+/// Least stretch of a wall for which its metric is used.
 constexpr double least_stretch = 0.1;
 
 Eigen::Map<const Eigen::Vector3d> position(const double* x, PetscInt i) {
@@ -70,7 +70,7 @@ void add_moments(const Rows& turns, const Rows& twists, const Rows& tilts, doubl
   }
 }
 
-/// A metric whose stretches are kept away from zero.
+/// A metric whose stretches are bounded away from zero.
 Eigen::Matrix2d bounded(const Eigen::Matrix2d& a) {
   constexpr double least = least_stretch * least_stretch;
   if (a.trace() > 2 * least && a.determinant() > least * a.trace()) {
@@ -119,7 +119,7 @@ std::vector<WallBending::Plate> WallBending::plates(const Field& start,
   }
   update_ghosts(membrane.particles, is_used);
 
-  // What owners know of a vertex and ghosts need: the upper half of the stiffness, s, the reference.
+  // Data that owners send to ghosts of a vertex: the upper half of the stiffness, s, the reference.
   Field known(stencils_.reach(), 8);
   for (std::size_t s = 0; s < stencils_.owned(); ++s) {
     const PetscInt centre = stencils[s].centre;
@@ -130,9 +130,9 @@ std::vector<WallBending::Plate> WallBending::plates(const Field& start,
     Eigen::Matrix2d a = Eigen::Matrix2d::Zero();
     const auto [first, last] = corners_of(s);
     for (auto corner = first; corner != last; ++corner) {
-      const auto e = static_cast<std::size_t>(corner->element);
+      const std::size_t e = corner->element;
       const std::array<PetscInt, 3>& triangle = membrane.triangles[e];
-      const auto k = static_cast<std::size_t>(std::find(triangle.begin(), triangle.end(), centre) - triangle.begin());
+      const std::size_t k = std::find(triangle.begin(), triangle.end(), centre) - triangle.begin();
       Eigen::Matrix<double, 3, 2> edges;
       edges << start.vector(triangle[(k + 1) % 3]) - start.vector(centre),
           start.vector(triangle[(k + 2) % 3]) - start.vector(centre);

@@ -19,18 +19,18 @@ inline namespace prism {
 /// with the moduli of small strain, nu = 1/2 where elements keep their volume. k is the change b - b0 of the second
 /// fundamental form at vertex i (PlateStencil) since the undeformed shape, in present lengths: k = a^-1/2 (b - b0)
 /// a^-1/2 with the present metric a, both in undeformed coordinates. So a flat wall that is stretched and then bent
-/// resists as a plate of its new lengths and thickness does, and an undeformed wall of any shape is at rest. In a wall
+/// resists like a plate of its new lengths and thickness, and an undeformed wall of any shape is at rest. In a wall
 /// that shrinks to s times its lengths b0 becomes s b0, the curvature of the smaller shape. A triangle's area is
 /// divided among those of its vertices that have a stencil; a vertex on a triangle that has died has none.
 ///
-/// h, a and the areas are those at the start of the step, so that energy, gradient and Hessian belong together exactly
-/// while it is solved.
+/// h, a and the areas are those at the start of the step, so that gradient and Hessian are exact derivatives of the
+/// energy during a solve.
 class WallBending : public Potential {
  public:
-  /// Collective. Elements must outlive it. @param projectors, clamped see PlateStencils
+  /// Collective. Elements must outlive this object. @param projectors, clamped as for PlateStencils
   WallBending(const PrismElements& elements, const Projectors& projectors, const std::vector<bool>& clamped);
 
-  /// From here on thickness and metric are those of `start`. Collective.
+  /// Begins a step with thickness and metric of `start`. Collective.
   /// @param thickness_ratio h/h0 of the local elements
   void begin_step(const Field& start, const std::vector<double>& thickness_ratio) {
     plates_ = plates(start, thickness_ratio);
@@ -44,10 +44,10 @@ class WallBending : public Potential {
   void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override { add_value_and_gradient(x, gradient); }
   double add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
   std::vector<VertexPair> pattern() const override;
-  /// The positive part leaves out what bending moments add as the normals turn.
+  /// The positive part leaves out the term of the bending moments by the turning of normals.
   void update_hessian(const Field& x, Curvature curvature) override;
   void add_hessian(const HessianBlocks& blocks) const override;
-  /// Sets how much of what the moments add is left out.
+  /// Sets the share of this term that is left out of the exact Hessian.
   void set_positive_share(double share) override { positive_share_ = share; }
 
   const PlateStencils& stencils() const { return stencils_; }
@@ -57,14 +57,14 @@ class WallBending : public Potential {
   struct Plate {
     Eigen::Matrix3d stiffness = Eigen::Matrix3d::Zero();  ///< of b, times the area [N m^3]
     PlateCurvature target = PlateCurvature::Zero();       ///< b0 [1/m]
-    double reference = 0;                                 ///< |N| unless folded, 0: it is not used [m^2]
+    double reference = 0;                                 ///< |N| unless folded; 0: the stencil is not used [m^2]
   };
   /// A stencil at positions x.
   struct State {
     Eigen::Matrix3d bent;  ///< sum_p w_pk x_p as column k [1/m]
     Eigen::Vector3d area;  ///< N [m^2]
     Eigen::Vector3d normal;
-    double length;            ///< of N, kept from 0 [m^2]
+    double length;            ///< |N|, bounded away from 0 [m^2]
     Eigen::Vector3d moments;  ///< by b [J m]
 
     double energy(const Plate& plate) const { return moments.dot(bent.transpose() * normal - plate.target) / 2; }
@@ -81,10 +81,10 @@ class WallBending : public Potential {
   std::vector<double> stiffness_;  ///< D/h^3 of the local elements [Pa]
   std::vector<double> poisson_;    ///< nu of the local elements
   std::vector<Plate> plates_;      ///< of the stencils
-  Eigen::Index most_points_ = 0;   ///< of a stencil
-  mutable Field beyond_;           ///< positions of the stencils' reach
-  Eigen::Matrix3Xd linearised_;    ///< positions of the Hessian
-  double kept_moments_ = 1;        ///< share of what moments add to the Hessian
+  Eigen::Index most_points_ = 0;   ///< largest number of points of a stencil
+  mutable Field beyond_;           ///< positions in the stencils' reach
+  Eigen::Matrix3Xd linearised_;    ///< positions at which the Hessian was taken
+  double kept_moments_ = 1;        ///< share of the term of the moments in the Hessian
   double positive_share_ = 0;
 };
 

@@ -10,7 +10,7 @@ inline namespace prism {
 
 namespace {
 
-/// What the constants of a material need to have an effect: a law that uses them, as the wall's or a region's.
+/// Conditions under which the constants of a material act: the wall or a region has a law that uses them.
 struct LawConditions {
   std::function<bool(Material::Law law)> is_used;
   bool is_region;
@@ -89,7 +89,7 @@ void describe_material(OptionTable& table, const std::string& prefix, MaterialOp
       .help("with young_modulus, in place of mu and lambda");
 }
 
-/// @param wall which has what the region is not given
+/// @param wall options that the region has by default
 void describe(OptionTable& table, RegionOptions& options, const WallOptions& wall) {
   table.add("group", options.group)
       .help("faces of this named group of the mesh; of a group of points alone the elements with all vertices in it");
@@ -196,7 +196,7 @@ void describe(OptionTable& table, WallOptions& options) {
           "share of the shear modulus by which the undeformed wall is stressed in all directions, so that it has some "
           "stiffness where it is slack, too; much less than the strains")
       .source("docs/balloons.md");
-  // What a region is not given it takes from the wall, also constants of a law that only the region has.
+  // Options that a region lacks are those of the wall, also constants of a law that only the region has.
   const auto is_used = [&options](Material::Law law) {
     const Material::Law of_wall = options.material.law;
     return law == of_wall || std::any_of(options.regions.begin(), options.regions.end(), [&](const auto& region) {

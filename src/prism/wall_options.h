@@ -32,15 +32,15 @@ struct MaterialOptions {
   Number c1{};                            ///< [Pa]
   Number c2{};                            ///< [Pa]
   std::vector<double> ogden_mu{};         ///< [Pa]
-  std::vector<double> ogden_alpha{};      ///< as many
+  std::vector<double> ogden_alpha{};      ///< as many as ogden_mu
   std::optional<double> young_modulus{};  ///< E, with nu in place of mu and lambda [Pa]
   std::optional<double> poisson_ratio{};  ///< nu
 };
 
-/// A part of the wall that differs: one of the named objects `regions`. Several selectors add up; what is not given is
-/// as in the wall.
+/// A part of the wall with other properties: one of the named objects `regions`. Several selectors add up; options that
+/// are not given are those of the wall.
 struct RegionOptions {
-  std::string group;                                 ///< of the mesh: its faces, or what has all vertices in it
+  std::string group;                                 ///< of the mesh: its faces, or the faces with all vertices in it
   std::vector<double> box;                           ///< two opposite points of a box round the centroids [m], or empty
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< of a ball round the centroids [m]
   std::optional<double> radius;                      ///< of the ball [m], none: no ball
@@ -49,39 +49,39 @@ struct RegionOptions {
   MaterialOptions<RegionLaw, std::optional<double>> material{RegionLaw::wall};
 };
 
-/// How the wall's thickness changes (`prism.thickness`).
+/// Rule for the wall's thickness (`prism.thickness`).
 enum class WallThickness { global_volume, incompressible, plane_stress, fixed };
 inline const std::vector<std::string>& names_of(WallThickness) {
   static const std::vector<std::string> names{"global", "incompressible", "plane_stress", "fixed"};
   return names;
 }
 
-/// none: the wall bears compression, and wrinkles as its elements allow; tension_field: relaxed, see metric_energy.
+/// none: the wall bears compression, and wrinkles of the size of elements; tension_field: relaxed as in metric_energy.
 enum class Wrinkling { none, tension_field };
 inline const std::vector<std::string>& names_of(Wrinkling) {
   static const std::vector<std::string> names{"none", "tension_field"};
   return names;
 }
 
-/// How the wall resists bending (`wall.bending`). by_wrinkling: plate, but none with tension_field, whose wrinkles have
-/// no definite width.
+/// Bending resistance of the wall (`wall.bending`). by_wrinkling: plate, but none with tension_field, whose wrinkles
+/// have no definite width.
 enum class BendingModel { by_wrinkling, plate, none };
 inline const std::vector<std::string>& names_of(BendingModel) {
   static const std::vector<std::string> names{"by_wrinkling", "plate", "none"};
   return names;
 }
 
-/// What the wall of a balloon is made of.
+/// Material, thickness and bending of a balloon's wall.
 struct WallOptions {
   Choice<BendingModel> bending = BendingModel::by_wrinkling;
   Choice<WallThickness> thickness_rule = WallThickness::incompressible;
   double thickness = 0.3e-3;                            ///< undeformed [m]
-  std::string thickness_texture;                        ///< file of an image that gives it instead, if not empty
-  std::vector<double> thickness_range{0.1e-3, 0.5e-3};  ///< where the image is black and where it is white [m]
-  std::string thickness_field;                          ///< field of the mesh's faces that gives it instead [m]
+  std::string thickness_texture;                        ///< image file that gives the thickness instead; empty: none
+  std::vector<double> thickness_range{0.1e-3, 0.5e-3};  ///< where the image is black and white [m]
+  std::string thickness_field;                          ///< field of the mesh with the thickness instead [m]
   double density = 1000;                                ///< undeformed [kg/m^3]
-  std::optional<double> strength;                       ///< stress at which it cracks [Pa]; none: see ablation.strength
-  /// Temperature at which the moduli hold, which are proportional to it; unless given they do not depend on it [K].
+  std::optional<double> strength;                       ///< at which the wall cracks [Pa]; none: ablation.strength
+  /// Temperature at which the moduli hold, if they are proportional to temperature; none: they do not depend on it [K].
   std::optional<double> reference_temperature;
   Choice<Wrinkling> wrinkling = Wrinkling::none;
   double slack_tension = 1e-5;  ///< of tension_field: Material::tension as a share of the shear modulus

@@ -10,7 +10,7 @@ inline namespace prism {
 
 namespace {
 
-/// @param blended the same object, if it is exact and can go over to its positive part
+/// @param blended set to the returned object, if it is exact and can be moved to its positive part by a share
 std::unique_ptr<ElementStiffness> make_stiffness(const PrismElements& elements, const PrismOptions& options,
                                                  MetricStiffness*& blended) {
   if (options.tangent == ElementTangent::exact) {
@@ -77,9 +77,9 @@ void WallPotential::update_hessian(const Field& x, Curvature curvature) {
     in_use_ = exact_.get();
     at_rims_.clear();
     for (const PetscInt side : pressure.empty() ? std::vector<PetscInt>() : rims_) {
-      const auto element = static_cast<std::size_t>(side / 3);
+      const std::size_t element = side / 3;
       const auto& corners = elements_.membrane().triangles[element];
-      const auto k = static_cast<std::size_t>(side % 3);
+      const std::size_t k = side % 3;
       at_rims_.push_back(rim_stiffness(pressure[element], x.vector(corners[k]), x.vector(corners[(k + 1) % 3])));
     }
   }
@@ -88,8 +88,8 @@ void WallPotential::update_hessian(const Field& x, Curvature curvature) {
 void WallPotential::add_hessian(const HessianBlocks& blocks) const {
   in_use_->add_blocks(1, blocks);
   for (std::size_t rim = 0; rim < at_rims_.size(); ++rim) {
-    const auto first = static_cast<std::size_t>(9 * (rims_[rim] / 3));
-    const auto from = static_cast<std::size_t>(rims_[rim] % 3);
+    const std::size_t first = 9 * (rims_[rim] / 3);
+    const std::size_t from = rims_[rim] % 3;
     const std::size_t to = (from + 1) % 3;
     blocks.add(first + 3 * from + to, at_rims_[rim]);
     blocks.add(first + 3 * to + from, at_rims_[rim]);
@@ -102,7 +102,7 @@ void WallPotential::add_product(const double* w, double* result) const {
   in_use_->add_product(1, w, result);
   for (std::size_t rim = 0; rim < at_rims_.size(); ++rim) {
     const auto& corners = elements_.membrane().triangles[rims_[rim] / 3];
-    const auto k = static_cast<std::size_t>(rims_[rim] % 3);
+    const std::size_t k = rims_[rim] % 3;
     const PetscInt ends[2] = {3 * corners[k], 3 * corners[(k + 1) % 3]};
     const Eigen::Vector3d of_ends[2] = {Eigen::Map<const Eigen::Vector3d>(w + ends[0]),
                                         Eigen::Map<const Eigen::Vector3d>(w + ends[1])};

@@ -12,27 +12,27 @@
 namespace pellicle {
 inline namespace prism {
 
-/// The pairs of corners of the local elements, nine for each, as ElementStiffness::add_blocks has them.
+/// The pairs of corners of the local elements, nine for each, in the order of ElementStiffness::add_blocks.
 std::vector<VertexPair> pairs_of_elements(const Membrane& membrane);
 
 /// The elastic energy of the wall. Its exact Hessian includes the stiffness of the pressure on the elements, which the
-/// same kernels add. The positive one is that of MetricStiffness, without the pressure's. Nothing here communicates.
+/// same kernels add. The positive one is that of MetricStiffness, without the pressure's. No communication.
 class WallPotential : public Potential {
  public:
-  /// Elements must outlive it.
+  /// Elements must outlive this object.
   WallPotential(const PrismElements& elements, const PrismOptions& options);
 
-  /// From here on the search for the thickness starts from these ratios (PrismElements::energy).
+  /// Sets the thickness ratios from which PrismElements::energy starts.
   void set_thickness(const std::vector<double>& ratio) { thickness_ratio_ = ratio; }
-  /// @param pressure of the local elements, whose load stiffness counts [Pa], or empty
+  /// @param pressure on the local elements, whose load stiffness is included [Pa], or empty
   /// @param rims sides of local elements without a neighbour under the same pressure (3 times the element plus the
   /// corner where the side begins)
   void set_load(std::vector<double> pressure, std::vector<PetscInt> rims = {});
 
-  /// Whether the exact Hessian can go over to the positive one step by step.
+  /// Whether the exact Hessian can be moved towards the positive one by a share.
   bool blends() const { return blended_ != nullptr; }
-  /// Sets how much of each element's compression and of the pressure's stiffness is left out; only 0 if it does not
-  /// `blend`.
+  /// Sets the share of each element's compression and of the pressure's stiffness that is left out; only 0 unless it
+  /// `blends`.
   void set_positive_share(double share) override;
 
   double value(const Field& x) const override { return elements_.energy(x, thickness_ratio_); }
@@ -46,7 +46,7 @@ class WallPotential : public Potential {
 
  private:
   const PrismElements& elements_;
-  MetricStiffness* blended_ = nullptr;  ///< `exact_`, if it can be blended
+  MetricStiffness* blended_ = nullptr;  ///< `exact_` if it can be moved by a share, else null
   std::unique_ptr<ElementStiffness> exact_;
   MetricStiffness positive_;
   const ElementStiffness* in_use_;  ///< one of the two
@@ -54,7 +54,7 @@ class WallPotential : public Potential {
   std::vector<double> pressure_;
   double positive_share_ = 0;
   std::vector<PetscInt> rims_;
-  std::vector<Eigen::Matrix3d> at_rims_;  ///< see rim_stiffness; empty where the positive Hessian is in use
+  std::vector<Eigen::Matrix3d> at_rims_;  ///< rim_stiffness of each rim; empty if the positive Hessian is in use
 };
 
 }  // namespace prism

@@ -9,10 +9,10 @@ inline namespace prism {
 
 namespace {
 
-/// Eigenvalues of a 2x2 matrix that has real ones, the larger first.
+/// Eigenvalues of a 2x2 matrix with real eigenvalues, the larger first.
 Eigen::Vector2d eigenvalues(const Eigen::Matrix2d& matrix) {
   const double mean = matrix.trace() / 2;
-  // Not from the determinant: where both are nearly the same only rounding would be left.
+  // Not from the determinant: for nearly equal eigenvalues only rounding would be left.
   const double half = (matrix(0, 0) - matrix(1, 1)) / 2;
   const double radius = std::sqrt(std::max(0.0, half * half + matrix(0, 1) * matrix(1, 0)));
   return {mean + radius, mean - radius};

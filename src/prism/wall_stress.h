@@ -7,14 +7,14 @@
 namespace pellicle {
 inline namespace prism {
 
-/// An element in its principal directions, the larger value first.
+/// Principal stretches and stresses of an element, the larger stretch first.
 struct PrincipalState {
-  Eigen::Vector2d stretch;  ///< of the undeformed lengths
+  Eigen::Vector2d stretch;  ///< length over undeformed length
   Eigen::Vector2d stress;   ///< Cauchy stress in the plane of the wall [Pa]
 };
 
 /// @param e12, e13 deformed edges [m]
-/// @param thickness_ratio h/h0, see metric_energy
+/// @param thickness_ratio h/h0, as for metric_energy
 PrincipalState principal_state(const Material& material, ThicknessRule rule, const RestMetric& rest,
                                const Eigen::Vector3d& e12, const Eigen::Vector3d& e13, double thickness_ratio);
 

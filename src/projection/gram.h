@@ -25,7 +25,7 @@ struct Linearisation {
 /// Evaluates C and its gradient; both are 0 for a dead spring.
 /// @param x positions of the local particles [m], ghosts up to date
 /// @param target target length l > 0 of the local springs [m]
-/// @param living which of the local springs live, ghosts up to date
+/// @param living whether each local spring lives, ghosts up to date
 void linearise(const SpringSet& springs, const double* x, const std::vector<double>& target,
                const std::vector<bool>& living, Linearisation& result);
 
@@ -38,24 +38,23 @@ double squared_error(const SpringSet& springs, const double* x, const std::vecto
 /// The pattern is made once, from the topology; `update` fills in values, without communication other than a maximum.
 class Gram {
  public:
-  /// Its matrix offers the preconditioner `lines` (LineElimination). Collective.
+  /// The matrix offers the preconditioner `lines` (LineElimination). Collective.
   /// @param mat_type aij, sell or shell @param prefix of the options of its matrices
   Gram(const SpringSet& springs, const Layout& particles, Choice<GramFormat> mat_type, const std::string& prefix = "");
   Gram(const Gram&) = delete;
   Gram& operator=(const Gram&) = delete;
 
   /// Sets new values: J W J^T + shift times the largest diagonal entry. A spring that is dead, without length or
-  /// without a particle that may move has an empty row; it gets that largest entry on its diagonal, so that its
-  /// multiplier is 0.
+  /// without a movable particle has an empty row, with that largest entry on the diagonal, so that its multiplier is 0.
   /// Collective.
-  /// @param shift_inverse_mass if given, the shift is relative to the largest entry that a spring between two particles
-  /// of this inverse mass can have, so that one light particle does not soften all springs
+  /// @param shift_inverse_mass if given, the shift is relative to the largest entry of a spring between two particles
+  /// of this inverse mass, so that one light particle does not soften all springs
   /// @param gradient of the local springs, must stay unchanged while a shell is used
   /// @param inverse_mass of the local particles
   void update(const Eigen::Matrix3Xd& gradient, const std::vector<double>& inverse_mass, double shift,
               std::optional<double> shift_inverse_mass = std::nullopt);
 
-  /// The sum J^T lambda, which is like a force, on the local particles, complete on the owned ones. Collective.
+  /// J^T lambda, similar to a force, on the local particles; complete on the owned ones. Collective.
   /// @param lambda of the owned springs
   /// @param result (3 x local)
   void apply_transpose(const Eigen::Matrix3Xd& gradient, Vec lambda, Eigen::Matrix3Xd& result);
@@ -82,7 +81,7 @@ class Gram {
   const Eigen::Matrix3Xd* gradient_ = nullptr;
   const std::vector<double>* inverse_mass_ = nullptr;
   Field lambda_;                   ///< on the local springs
-  Eigen::Matrix3Xd particle_sum_;  ///< of the shell's product
+  Eigen::Matrix3Xd particle_sum_;  ///< scratch of the shell's product
 };
 
 }  // namespace projection

@@ -203,7 +203,7 @@ void GramRows::subtract_transposed(std::size_t first, std::size_t count, const d
   PetscInt k = own.offsets[first];
   for (std::size_t i = 0; i < count; ++i) {
     const double value = values[i];
-    if (own.offsets[first + i + 1] == k + 4) {  // likewise; read before anything is written
+    if (own.offsets[first + i + 1] == k + 4) {  // four entries at once, read before anything is written
       const double a = out[own.columns[k]] - own.values[k] * value;
       const double b = out[own.columns[k + 1]] - own.values[k + 1] * value;
       const double c = out[own.columns[k + 2]] - own.values[k + 2] * value;

@@ -14,15 +14,15 @@
 namespace pellicle {
 inline namespace projection {
 
-/// Some rows and columns of J W J^T (burning paper, eq. 16) of one colour as a matrix. Its pattern is made once, from
-/// the topology; `update` fills in values and does not communicate.
+/// A matrix of some rows and columns of J W J^T (burning paper, eq. 16) of one colour. Its pattern is made once, from
+/// the topology; `update` fills in values without communication.
 class GramBlock {
  public:
   /// @param rows owned spring of each row of this rank, or -1 for an empty row
   /// @param columns global column of each local spring, or -1 for none
   /// @param owned_columns number of columns of this rank
   /// @param is_skipped whether the entry of a row's spring and a column's spring is left out, may be empty
-  /// @throws Error when two springs join the same two particles. Collective.
+  /// @throws Error if two springs join the same two particles. Collective.
   GramBlock(const SpringSet& springs, const Layout& particles, const std::vector<PetscInt>& rows,
             const std::vector<PetscInt>& columns, PetscInt owned_columns,
             const std::function<bool(PetscInt, PetscInt)>& is_skipped = {});
@@ -37,15 +37,15 @@ class GramBlock {
   Mat matrix() const { return matrix_; }
 
  private:
-  /// One stored entry: its column's spring, and twice the particle that both springs share, plus one if it is a
-  /// different end of each, so that their gradients by it have different signs.
+  /// A stored entry: its column's spring, and twice the particle that both springs share, plus one if the particle is
+  /// the first end of one and the second of the other, so that the gradients by it have different signs.
   struct Entry {
     PetscInt spring;
     PetscInt signed_particle;
   };
   /// The entries of the columns of this rank, or of the columns of other ranks, in the order of the matrix.
   struct Part {
-    std::vector<PetscInt> springs;     ///< of the rows that have entries
+    std::vector<PetscInt> springs;     ///< springs of the rows with entries
     std::vector<PetscInt> offsets{0};  ///< (these rows + 1)
     std::vector<Entry> entries;
     std::vector<PetscInt> diagonal;  ///< entries of springs with themselves
@@ -59,42 +59,42 @@ class GramBlock {
   MatHandle matrix_;
 };
 
-/// Products with some rows of a block at a time, so that a caller can use them before they leave the cache.
+/// Products with a range of rows of a block at a time, so that they are used while in the cache.
 class GramRows {
  public:
   /// @param matrix of a GramBlock. Collective.
   explicit GramRows(Mat matrix);
 
-  /// Brings the values of the columns of other ranks; between the two calls they may not be changed. Collective.
+  /// Fetches the values of other ranks' columns; `in` may not change between the two calls. Collective.
   /// @param in values of this rank's columns
   void begin(const double* in);
   void end(const double* in);
-  /// out = the rows from `first` on, times these values. @param out (count)
+  /// out = `count` rows from `first` on, times `in`. @param out (count)
   void multiply(std::size_t first, std::size_t count, const double* in, double* out) const;
 
-  /// out -= the same rows, transposed, times values. What is of other ranks' columns waits for `send`.
+  /// out -= `count` transposed rows from `first` on, times `values`; parts for other ranks' columns wait for `send`.
   /// @param values (count)
   void subtract_transposed(std::size_t first, std::size_t count, const double* values, double* out);
-  /// Collective.
+  /// Adds the waiting contributions of all ranks to `out`. Collective.
   void send(double* out);
 
  private:
-  /// Compressed rows, as PETSc keeps them.
+  /// Compressed rows of PETSc.
   struct Rows {
     const PetscInt* offsets = nullptr;
     const PetscInt* columns = nullptr;
     const double* values = nullptr;
   };
   static Rows rows_of(Mat matrix);
-  /// Those of the rows with foreign columns that are in a range.
+  /// The rows with foreign columns in a range.
   std::pair<const std::size_t*, const std::size_t*> foreign_rows(std::size_t first, std::size_t count) const;
 
   Rows own_;
   Rows foreign_;                           ///< on several ranks
-  std::vector<std::size_t> foreign_rows_;  ///< that have foreign columns
+  std::vector<std::size_t> foreign_rows_;  ///< rows with foreign columns
   Handle<PetscSF, PetscSFDestroy> sf_;     ///< on several ranks
-  std::vector<double> ghosts_;             ///< by foreign column
-  std::vector<double> changes_;            ///< likewise
+  std::vector<double> ghosts_;             ///< values of foreign columns
+  std::vector<double> changes_;            ///< contributions to foreign columns
 };
 
 }  // namespace projection

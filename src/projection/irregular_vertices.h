@@ -10,7 +10,7 @@ inline namespace projection {
 /// one colour (burning paper, section 8.2), unless `project.shift` is at least 1e-3, which keeps J J^T regular. The
 /// system becomes singular where springs form triangles, as yellow ones may, so that there are at least as many springs
 /// as coordinates of their particles. Collective.
-/// @throws Error on all ranks, which names the vertex with most neighbours; if there are several, that with the least
+/// @throws Error on all ranks, which names the vertex with most neighbours, among several that with the least
 /// persistent id
 void require_shift_at_irregular_vertices(const Sheet& sheet, const ProjectOptions& options);
 

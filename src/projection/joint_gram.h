@@ -19,22 +19,21 @@ inline namespace projection {
 /// particles. Unknowns are the owned springs, colour after colour.
 class JointGram {
  public:
-  /// The sheet must outlive it. Collective.
-  /// @param colours whose springs count @param prefix of the options of its matrix and solver
-  /// @param rtol relative tolerance of the solver, by default
+  /// The sheet must outlive this object. Collective.
+  /// @param colours of the springs @param prefix of the options of its matrix and solver
+  /// @param rtol default relative tolerance of the solver
   JointGram(const Sheet& sheet, std::vector<Colour> colours, const std::string& prefix, double rtol);
   JointGram(const JointGram&) = delete;
   JointGram& operator=(const JointGram&) = delete;
 
-  /// Sets new values. A spring that is dead, without length or without a particle that may move does nothing.
-  /// Collective.
-  /// @param gradient by colour, of the local springs; they must stay unchanged while it is used
-  /// @param inverse_mass of the local particles, likewise
-  /// @param shift relative to the largest diagonal entry that a spring between particles of `shift_inverse_mass` has
+  /// Sets new values. A spring that is dead, without length or without a movable particle has no effect. Collective.
+  /// @param gradient of the local springs by colour; must stay unchanged until the next update
+  /// @param inverse_mass of the local particles; must stay unchanged until the next update
+  /// @param shift relative to the largest diagonal entry of a spring between particles of `shift_inverse_mass`
   void update(const std::array<const Eigen::Matrix3Xd*, 4>& gradient, const std::vector<double>& inverse_mass,
               double shift, double shift_inverse_mass);
 
-  /// Forgets the last solution lambda, so that a step depends on its start alone. Collective.
+  /// Sets lambda to 0, so that a step depends on its start alone. Collective.
   void begin_step() { check(VecSet(lambda_, 0)); }
 
   /// Solves for lambda, starting from the last solution in the step. Collective.
@@ -55,7 +54,7 @@ class JointGram {
 
   const Sheet& sheet_;
   std::vector<Colour> colours_;
-  std::array<std::size_t, 4> offset_{};  ///< of each colour's springs among the unknowns
+  std::array<std::size_t, 4> offset_{};  ///< first unknown of each colour
   std::array<const Eigen::Matrix3Xd*, 4> gradient_{};
   const std::vector<double>* inverse_mass_ = nullptr;
   std::vector<double> diagonal_;

@@ -31,7 +31,7 @@ LineMatrices::LineMatrices(const SpringSet& set, const std::vector<std::vector<P
     : ends_(lines.size()), spike_of_(lines.size()) {
   std::vector<std::size_t> order(lines.size());
   std::iota(order.begin(), order.end(), 0);
-  // Lines of a group should also be neighbours, so that what they read lies close together.
+  // Lines of a group should also be neighbours, so that they read close memory.
   const auto key = [&](std::size_t line) {
     const double length = static_cast<double>(lines[line].size());
     return std::tuple(!has_spike[line], -std::lround(std::log(length) / std::log(similar)), lines[line].front());
@@ -180,7 +180,7 @@ void LineMatrices::subtract_spikes(std::size_t group, const double* by_spike, do
 
 namespace {
 
-/// Copies values by spring to `count` unknowns from `first` on; 0 where they are idle.
+/// Copies values by spring to `count` unknowns from `first` on; 0 for idle ones.
 void gather(const LineMatrices& lines, std::size_t first, std::size_t count, const double* by_spring, double* values) {
   const PetscInt* springs = lines.springs().data() + first;
   for (std::size_t i = 0; i < count; ++i) {
@@ -235,7 +235,7 @@ double entry_of(const SpringSet& set, const SpringPair& pair, const Eigen::Matri
   return own[end] == other[end] ? product : -product;
 }
 
-/// Whether something holds for any spring that shares a particle with this one.
+/// Whether a condition holds for any spring that shares a particle with a given one.
 template <typename Predicate>
 bool any_neighbour(const SpringSet& set, const Incidence& incidence, PetscInt spring, Predicate holds) {
   for (const PetscInt particle : set.ends[spring]) {
@@ -305,7 +305,7 @@ void JoinedLines::update(const std::vector<double>& diagonal, const Eigen::Matri
     separators_[end.number] -= coupling_[k] * coupling_[k] *
                                (end.end == 0 ? by_spike_[matrices_.spike_of(end.line)] : matrices_.inverse_pivot(last));
     if (k > 0 && family_.ends[k - 1].line == end.line) {
-      const auto number = static_cast<std::size_t>(std::max(end.number, family_.ends[k - 1].number));
+      const std::size_t number = std::max(end.number, family_.ends[k - 1].number);
       separators_[count + number] -=
           coupling_[k] * coupling_[k - 1] * matrices_.spikes()[last] * matrices_.inverse_pivot(last);
     }
@@ -441,7 +441,7 @@ void LineElimination::multiply(Vec in_vector, Vec out_vector) {
   eliminated_.solve_by_groups(
       [&](std::size_t first, std::size_t count, double* values) { rows_->multiply(first, count, in, values); },
       [&](std::size_t first, std::size_t count, const double* x) { rows_->subtract_transposed(first, count, x, out); });
-  const auto below = static_cast<std::size_t>(eliminated_.matrices().size());
+  const std::size_t below = eliminated_.matrices().size();
   rows_->multiply(below, off_lines_.size(), in, off_line_values_.data());
   for (std::size_t k = 0; k < off_lines_.size(); ++k) {
     out[off_lines_[k]] += off_line_values_[k];
@@ -449,7 +449,7 @@ void LineElimination::multiply(Vec in_vector, Vec out_vector) {
   rows_->send(out);
 }
 
-/// The right-hand side of S.
+/// Computes the right-hand side of S.
 void LineElimination::eliminate(Vec right_hand_side) {
   const ReadArray all(right_hand_side);
   const Array kept(kept_right_hand_side_);
@@ -462,7 +462,7 @@ void LineElimination::eliminate(Vec right_hand_side) {
   rows_->send(kept);
 }
 
-/// The eliminated values from the kept ones, and all of them.
+/// Computes the eliminated values from the kept ones, and combines both in lambda.
 void LineElimination::substitute(Vec right_hand_side, Vec lambda) {
   const ReadArray kept(kept_values_);
   const ReadArray given(right_hand_side);

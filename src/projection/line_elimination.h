@@ -17,42 +17,42 @@
 namespace pellicle {
 inline namespace projection {
 
-/// J W J^T along lines of springs: one tridiagonal matrix a line, with a factorisation L D L^T.
+/// J W J^T along lines of springs: a tridiagonal matrix for each line, factorised as L D L^T.
 ///
 /// Several lines are processed side by side: unknown `k * lanes + lane` is spring k of a line. Lines of similar length
-/// are grouped; the shorter ones are filled up with idle unknowns, which have a one on the diagonal.
+/// are grouped; shorter ones are padded with idle unknowns, which have a one on the diagonal.
 ///
-/// What stands before a line's first spring changes all of L^-1 b, by a multiple of the line's spike L^-1 e, where e is
-/// the first unit vector. Lines that have one come first.
+/// A separator before a line's first spring changes L^-1 b by a multiple of the line's spike L^-1 e, with e the first
+/// unit vector. Lines with spikes come first.
 class LineMatrices {
  public:
   /// @param lines local spring numbers along each line
-  /// @param has_spike of each line
+  /// @param has_spike whether each line has a spike
   /// @param keeps_entries whether `multiply` is used
   LineMatrices(const SpringSet& set, const std::vector<std::vector<PetscInt>>& lines,
                const std::vector<bool>& has_spike, bool keeps_entries);
 
-  /// Spring of each unknown, or -1 where it is idle.
+  /// Spring of each unknown; -1: idle.
   const std::vector<PetscInt>& springs() const { return springs_; }
   PetscInt size() const { return static_cast<PetscInt>(springs_.size()); }
-  /// Spring that comes before an unknown's in its line, or -1.
+  /// Spring before an unknown's in its line, or -1.
   PetscInt previous(PetscInt unknown) const {
-    const auto i = static_cast<std::size_t>(unknown);
+    const std::size_t i = unknown;
     return joints_[i] < 0 ? -1 : springs_[i - lanes];
   }
 
-  /// New values, factorised.
+  /// Sets new values and factorises them.
   /// @param diagonal of the owned springs
   void update(const std::vector<double>& diagonal, const Eigen::Matrix3Xd& gradient,
               const std::vector<double>& inverse_mass);
   /// Unknown of the first (end 0) or the last spring of a line.
   std::size_t at_end(std::size_t line, std::size_t end) const { return ends_[line][end]; }
   double inverse_pivot(std::size_t unknown) const { return inverse_pivot_[unknown]; }
-  /// Makes `backward` leave the value of a line's only spring as it is, until the next update.
+  /// Makes `backward` the identity for a line's only spring, until the next update.
   void set_to_identity(std::size_t unknown) { inverse_pivot_[unknown] = 1; }
-  /// Spikes, with zeros for lines of the same groups that have none.
+  /// Spikes, with zeros for lines without spikes in the same groups.
   const std::vector<double>& spikes() const { return spikes_; }
-  /// Place of a line with a spike in the values by spike below.
+  /// Place of a line with a spike in arrays `by_spike`.
   std::size_t spike_of(std::size_t line) const { return spike_of_[line]; }
 
   /// out = A in
@@ -66,7 +66,7 @@ class LineMatrices {
   void forward(std::size_t group, double* values) const;
   /// A^-1 b from L^-1 b, in place.
   void backward(std::size_t group, double* values) const;
-  /// Adds A^-1 b at the first springs of its lines with spikes. @param values L^-1 b
+  /// Adds A^-1 b at the first springs of a group's lines with spikes. @param values L^-1 b
   void first_values(std::size_t group, const double* values, double* by_spike) const;
   /// values -= spikes times factors
   void subtract_spikes(std::size_t group, const double* by_spike, double* values) const;
@@ -81,18 +81,18 @@ class LineMatrices {
   std::vector<std::array<std::size_t, 2>> ends_;  ///< first and last unknown of each line
   std::vector<std::size_t> spike_of_;             ///< of each line
   std::vector<std::size_t> groups_{0};            ///< (groups + 1), first unknown of each
-  std::size_t spiked_groups_ = 0;                 ///< that have lines with spikes, the first ones
-  std::vector<std::size_t> spiked_firsts_;        ///< first unknowns of these lines
+  std::size_t spiked_groups_ = 0;                 ///< number of groups with spikes; they come first
+  std::vector<std::size_t> spiked_firsts_;        ///< first unknowns of the lines with spikes
   std::vector<double> spikes_;
   std::vector<double> diagonal_;  ///< if entries are kept
   std::vector<double> inverse_pivot_;
-  // These have an additional row of zeros, so that no loop needs to check whether a line ends.
+  // With an additional row of zeros, so that loops need not check for the end of a line.
   std::vector<double> coupling_;  ///< with the unknown before, if entries are kept
   std::vector<double> factor_;    ///< of L: coupling by the pivot before
 };
 
-/// J W J^T along the lines of one family, joined where ranks cut them: each rank solves forwards along its lines, then
-/// all solve the tridiagonal systems of the separators, then each solves backwards.
+/// J W J^T along the lines of one family, joined by separators where ranks cut them: each rank solves forwards along
+/// its lines, all ranks solve the tridiagonal systems of the separators, and each rank solves backwards.
 class JoinedLines {
  public:
   /// Collective. The set must outlive the lines. @param keeps_entries as for LineMatrices
@@ -100,23 +100,23 @@ class JoinedLines {
 
   const LineMatrices& matrices() const { return matrices_; }
 
-  /// New values, factorised. Collective. @param diagonal of the owned springs
+  /// Sets new values and factorises them. Collective. @param diagonal of the owned springs
   void update(const std::vector<double>& diagonal, const Eigen::Matrix3Xd& gradient,
               const std::vector<double>& inverse_mass);
   /// out = A^-1 in. Collective.
   void solve(const double* in, double* out);
-  /// Solves A x = b, some lines at a time, so that they stay in the cache. Collective.
+  /// Solves A x = b by groups of lines, which stay in the cache. Collective.
   /// @param set function of a first unknown, a number of unknowns and their values, which it sets to b
-  /// @param use function of the same; the values are x
+  /// @param use function of the same arguments; the values are x
   template <class Set, class Use>
   void solve_by_groups(const Set& set, const Use& use) {
     solve_in(values_.data(), is_joined(), set, use);
   }
 
  private:
-  /// Whether there are separators, on any rank.
+  /// Whether any rank has separators.
   bool is_joined() const { return !right_.empty(); }
-  /// @param values for one group, or, as where lines are joined, for all
+  /// @param values of one group, or of all if `for_all`, as joined lines need
   template <class Set, class Use>
   void solve_in(double* values, bool for_all, const Set& set, const Use& use) {
     const auto use_group = [&](std::size_t group, double* of_group) {
@@ -144,20 +144,20 @@ class JoinedLines {
     }
     check(PetscLogFlops((is_joined() ? 10.0 : 5.0) * static_cast<double>(matrices_.size())));
   }
-  /// Solves for the separators of all ranks and takes what they add to the other springs out of `values`, or, where
-  /// that needs spikes, leaves its factors in `by_spike_`. Collective.
-  /// @param values L^-1 b; at this rank's separators b before and x afterwards
+  /// Solves for the separators of all ranks and subtracts their effect on the other springs from `values`; for lines
+  /// with spikes sets the factors in `by_spike_` instead. Collective.
+  /// @param values L^-1 b; at this rank's separators b on entry and x on return
   void solve_separators(double* values);
 
   const SpringSet& set_;
   LineMatrices matrices_;
   LineFamily family_;                  ///< without the lines
-  std::vector<std::size_t> unknowns_;  ///< of the separators of this rank
+  std::vector<std::size_t> unknowns_;  ///< this rank's separators
   std::vector<double> coupling_;       ///< of each end of a line with its separator
-  std::vector<double> separators_;     ///< of all ranks: diagonal, then the entry with the one before
+  std::vector<double> separators_;     ///< of all ranks: diagonal, then entry with the separator before
   std::vector<double> right_;          ///< of all separators
-  std::vector<double> values_;         ///< L^-1 b, of all lines where they are joined, else of one group
-  std::vector<double> by_spike_;       ///< first values of lines, then what their first separators subtract
+  std::vector<double> values_;         ///< L^-1 b, of all lines if they are joined, else of one group
+  std::vector<double> by_spike_;       ///< first values of lines, then factors of their spikes
 };
 
 /// Solves (J W J^T + shift) lambda = b of one colour by eliminating one family of lines exactly:
@@ -166,7 +166,7 @@ class JoinedLines {
 ///     [B^T K] [y] = [b]      x = A^-1 (a - B y)
 ///
 /// with A the eliminated lines (tridiagonal) and K the kept springs, whose lines precondition S: S offers them as the
-/// preconditioner `lines`. PETSc solves with S, or with the whole matrix, which can offer `apply`.
+/// preconditioner `lines`. PETSc solves with S, or with the whole matrix and `apply` as preconditioner.
 class LineElimination {
  public:
   /// PETSc's name for the preconditioner.
@@ -177,7 +177,7 @@ class LineElimination {
   LineElimination(const LineElimination&) = delete;
   LineElimination& operator=(const LineElimination&) = delete;
 
-  /// @param diagonal of J W J^T + shift, of the owned springs. Collective.
+  /// Sets new values. Collective. @param diagonal of J W J^T + shift, of the owned springs
   void update(const std::vector<double>& diagonal, const Eigen::Matrix3Xd& gradient,
               const std::vector<double>& inverse_mass);
 
@@ -186,14 +186,14 @@ class LineElimination {
 
   /// Collective.
   /// @param ksp solver for S
-  /// @param right_hand_side,lambda of the owned springs @param need as of pellicle::solve
+  /// @param right_hand_side,lambda of the owned springs @param need as for pellicle::solve
   StageResult solve(KSP ksp, Vec right_hand_side, Vec lambda, const LinearNeed* need = nullptr);
 
-  /// out = P^-1 in of the owned springs: P is the whole matrix with K's lines for S, symmetric positive definite.
-  /// Collective.
+  /// out = P^-1 in for the owned springs, where P is the whole matrix with K's lines in place of S, symmetric positive
+  /// definite. Collective.
   void apply(Vec in, Vec out);
 
-  /// What is eliminated and what is kept on this rank, for a view.
+  /// Message with the numbers of eliminated and kept springs on this rank, for a view.
   std::string words() const;
 
  private:
@@ -204,10 +204,10 @@ class LineElimination {
 
   JoinedLines eliminated_;
   JoinedLines kept_;
-  std::unique_ptr<GramBlock> coupling_;  ///< B; below it, in rows of their own, the entries of K not along lines
-  std::unique_ptr<GramRows> rows_;       ///< of it
-  std::vector<std::size_t> off_lines_;   ///< unknowns of S of the rows below B
-  std::vector<double> off_line_values_;  ///< of them
+  std::unique_ptr<GramBlock> coupling_;  ///< B, and in further rows the entries of K that are not along lines
+  std::unique_ptr<GramRows> rows_;       ///< of `coupling_`
+  std::vector<std::size_t> off_lines_;   ///< unknowns of S in the rows below B
+  std::vector<double> off_line_values_;  ///< values of these unknowns
   OwnPreconditioner preconditioner_;     ///< of S
   MatHandle schur_;
   VecHandle kept_right_hand_side_;

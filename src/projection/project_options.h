@@ -21,7 +21,7 @@ inline const std::vector<std::string>& names_of(GramMasses) {
   return names;
 }
 
-/// Whether a pinned particle counts in J W J^T: exact: no; paper: yes.
+/// Treatment of pinned particles in J W J^T. exact: they have inverse mass 0; paper: they are like others.
 enum class GramPins { exact, paper };
 inline const std::vector<std::string>& names_of(GramPins) {
   static const std::vector<std::string> names{"exact", "paper"};
@@ -44,7 +44,7 @@ inline const std::vector<std::string>& names_of(GramFormat) {
 /// A permutation of the colours, called "RGBY", "RGYB", ..., "YBGR".
 enum class ColourOrder {};
 const std::vector<std::string>& names_of(ColourOrder);
-/// The colours in this order.
+/// The colours in the order of a permutation.
 std::array<Colour, 4> colours_of(const Choice<ColourOrder>& order);
 
 /// Successive fast projection (burning paper, section 7).
@@ -64,12 +64,12 @@ struct ProjectOptions {
   Choice<GramFormat> mat_type = GramFormat::lines;
   double ksp_rtol = 1e-3;
   std::optional<double> strain_limit;  ///< of the net's springs at the end of a step
-  int strain_steps = 20;               ///< full projection steps beyond max_steps that may be spent on it
+  int strain_steps = 20;               ///< further projection steps for the strain limit, at most
   bool monitor = false;
 };
 
 void describe(OptionTable& table, ProjectOptions& options);
-/// The option of the strain limit alone, which elastic sheets have, too.
+/// Declares the option of the strain limit alone, which elastic sheets have, too.
 void describe_strain_limit(OptionTable& table, ProjectOptions& options);
 
 }  // namespace projection

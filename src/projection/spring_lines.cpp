@@ -73,9 +73,8 @@ class LineFinder {
     return set_.ends[at(spring)][1 - end_at(spring, particle)];
   }
 
-  /// Finds with which springs each local one makes corners of quads. Beyond its ghosts a rank does not see the quads,
-  /// so that each takes from the springs' owners what they see: all ranks with springs at a particle know the same.
-  /// Collective.
+  /// Finds the springs with which each local spring forms corners of quads. As a rank does not have the quads beyond
+  /// its ghosts, owners send theirs, so that all ranks with springs at a particle have the same corners. Collective.
   void find_corners() {
     corners_.assign(at(set_.local()), {{{none, none, none}, {none, none, none}}});
     for (PetscInt spring = 0; spring < set_.owned(); ++spring) {
@@ -91,7 +90,7 @@ class LineFinder {
     }
     update_ghosts(set_.layout, corners_);
   }
-  /// Whether this rank sees a quad of the net of which both springs at a particle are sides.
+  /// Whether this rank has a quad of the net with both springs at a particle as sides.
   bool share_quad(PetscInt particle, PetscInt one, PetscInt other) const {
     const PetscInt a = other_end(one, particle);
     const PetscInt b = other_end(other, particle);
@@ -104,7 +103,7 @@ class LineFinder {
     }
     return false;
   }
-  /// Whether the owner of either spring at a particle sees such a quad.
+  /// Whether the owner of either spring has a quad with both springs at a particle as sides.
   bool make_corner(PetscInt particle, PetscInt one, PetscInt other) const {
     const auto sees = [&](PetscInt spring, PetscInt beside) {
       const auto& corners = corners_[at(spring)][end_at(spring, particle)];
@@ -113,7 +112,7 @@ class LineFinder {
     return sees(one, other) || sees(other, one);
   }
 
-  /// Spring in which the line of an owned spring continues at an end, on whichever rank, or none.
+  /// Spring, of any rank, in which the line of an owned spring continues at an end, or none.
   PetscInt following(PetscInt spring, std::size_t end) const {
     const PetscInt own = partner_[at(spring)][end];
     return own != none ? own : foreign_[at(spring)][end];
@@ -196,8 +195,8 @@ class LineFinder {
     }
   }
 
-  /// Joins four springs two by two, or two of three. At the border, where quads are missing, several ways may be
-  /// possible, of which any will do.
+  /// Joins four springs two by two, or two of three. At the border, where quads are missing, any of several ways is
+  /// right.
   void pair_regularly(PetscInt particle, const std::vector<PetscInt>& s) {
     using Pairs = std::array<SpringPair, 2>;  // of three springs, the same pair twice
     const auto ways = s.size() == 3
@@ -257,7 +256,7 @@ class LineFinder {
     }
   }
 
-  /// Gives lines that cross different families where that is possible, on this rank.
+  /// Gives crossing lines of this rank different families where possible.
   void choose_families() {
     component_of_line_.resize(lines_.size());
     std::vector<bool> is_chosen(lines_.size(), false);
@@ -292,8 +291,8 @@ class LineFinder {
     }
   }
 
-  /// Exchanges the families of what is connected on one rank, so that lines that continue on another rank are of the
-  /// same family on both, where that is possible: the pairs of parts with most votes come first.
+  /// Exchanges the families of connected parts of a rank so that lines have the same family on all ranks, where
+  /// possible: the pairs of parts with most votes come first.
   void agree_on_families() {
     struct Vote {
       PetscInt one, other;  // global numbers of two parts
@@ -349,7 +348,7 @@ class LineFinder {
     }
   }
 
-  /// Of the eliminated springs at a particle, only one pair may stay eliminated.
+  /// Leaves one pair of eliminated springs at a particle, and unmarks the others.
   void keep_crossing_springs(PetscInt particle) {
     PetscInt first = none;
     for (const PetscInt spring : incidence_[particle]) {
@@ -410,7 +409,7 @@ class LineFinder {
 
   void number_separators(bool eliminated) {
     std::vector<PetscInt> own;                       // global numbers
-    std::vector<std::array<PetscInt, 2>> own_links;  // of separators next to each other along a line, likewise
+    std::vector<std::array<PetscInt, 2>> own_links;  // of separators next to each other along a line, by global numbers
     for (PetscInt spring = 0; spring < set_.owned(); ++spring) {
       if (is_eliminated_[at(spring)] != eliminated) {
         continue;
@@ -513,11 +512,11 @@ class LineFinder {
   Incidence incidence_;
   std::vector<std::array<std::array<PetscInt, 3>, 2>> corners_;  ///< global numbers at either end of each local spring
   std::vector<std::array<PetscInt, 2>> partner_;  ///< spring in which an owned spring's line continues at either end
-  std::vector<std::array<PetscInt, 2>> foreign_;  ///< likewise for ghosts
+  std::vector<std::array<PetscInt, 2>> foreign_;  ///< the same for ghosts
   std::vector<std::vector<PetscInt>> lines_;
   std::vector<PetscInt> line_of_;
-  std::vector<PetscInt> component_of_line_;  ///< number of the connected part, on this rank, that a line belongs to
-                                             ///< with all that cross it
+  std::vector<PetscInt> component_of_line_;  ///< number of the connected part, on this rank, of a line
+                                             ///< and all that cross it
   PetscInt components_ = 0;
   std::vector<PetscInt> cuts_;       ///< springs at which closed lines are cut
   std::vector<bool> is_eliminated_;  ///< with ghosts, once ranks have agreed

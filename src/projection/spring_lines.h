@@ -9,27 +9,27 @@
 namespace pellicle {
 inline namespace projection {
 
-/// Two springs that follow each other in a line, of which the second may be a ghost.
+/// Two consecutive springs of a line; the second may be a ghost.
 struct SpringPair {
   PetscInt own;    ///< local number
-  PetscInt other;  ///< likewise
+  PetscInt other;  ///< local number
 };
 
-/// Where a line ends at a separator.
+/// The end of a line at a separator.
 struct LineEnd {
   std::size_t line;  ///< number in its family, on this rank
   std::size_t end;   ///< 0: the line's first spring is beside the separator, 1: its last
-  SpringPair pair;   ///< that spring, and the separator
+  SpringPair pair;   ///< this spring, and the separator
   PetscInt number;   ///< of the separator
 };
 
-/// Lines of one family, as far as they are this rank's. Where a line continues on another rank, a spring on one side is
-/// a separator, and a line of its own. A line that ends at one separator does so with its last spring. Separators are
+/// This rank's parts of the lines of one family. Where a line continues on another rank, a spring on one side is a
+/// separator, which is a line of its own. A line with one separator has it after its last spring. Separators are
 /// numbered over all ranks along the lines.
 struct LineFamily {
   std::vector<std::vector<PetscInt>> lines;  ///< local spring numbers along each
   std::vector<PetscInt> separators;          ///< of this rank
-  std::vector<PetscInt> numbers;             ///< of these separators
+  std::vector<PetscInt> numbers;             ///< of the separators
   std::vector<LineEnd> ends;                 ///< of other lines at separators
   std::vector<SpringPair> neighbours;        ///< separators beside each other, each pair on one rank
   std::vector<PetscInt> neighbour_numbers;   ///< smaller number of each pair
@@ -37,15 +37,14 @@ struct LineFamily {
 };
 
 /// The owned springs of one colour, arranged in lines. The springs of a colour are the edges of a quad net (burning
-/// paper, section 7.1): at a regular particle four of them meet, and a line continues in the opposite one. Lines come
-/// in two families that cross each other, the same on all ranks where that is possible.
+/// paper, section 7.1): at a regular particle four of them meet, and a line continues in the opposite one. Lines form
+/// two families that cross each other, the same on all ranks where possible.
 ///
-/// Every owned spring is in one line. Two consecutive springs of a line share a particle; apart from such pairs, and
-/// separators with what is beside them in a line, no two eliminated springs share one, on any rank: J W J^T of the
-/// eliminated springs is tridiagonal along lines.
+/// Every owned spring is in one line. Eliminated springs share a particle only if they are consecutive in a line,
+/// separators included, on any rank: so J W J^T of the eliminated springs is tridiagonal along lines.
 struct SpringLines {
   LineFamily eliminated;  ///< one family
-  LineFamily kept;        ///< the other, and the springs at which lines had to be cut
+  LineFamily kept;        ///< the other family, and springs at which lines had to be cut
 };
 
 /// Finds the lines from the springs' ends alone. They are cut at the ranks' boundaries, at irregular particles, and at

@@ -18,11 +18,11 @@ namespace {
 // Inverse masses are relative to the mean one; at the edge of a sheet corners have half of the others' mass.
 constexpr double inverse_mass_at_edges = 2;
 
-// Of springs that are beyond the strain limit.
-constexpr double aim = 0.8;           ///< share of the limit to which they are brought back
-constexpr double limit_shift = 1e-5;  ///< of their systems, in place of the options' if that is larger
+// Correction of springs that are beyond the strain limit:
+constexpr double aim = 0.8;           ///< share of the limit to which springs are corrected
+constexpr double limit_shift = 1e-5;  ///< shift of these systems, unless the options' shift is smaller
 
-/// By how much a constraint error is beyond a strain. @param target l [m]
+/// Excess of a constraint error beyond that of a strain. @param target l [m]
 double excess(double error, double target, double strain) {
   const auto at = [&](double ratio) { return target * (ratio * ratio - 1); };
   return error - std::clamp(error, at(1 - std::min(strain, 1.0)), at(1 + strain));
@@ -58,8 +58,7 @@ ProjectionError constraint_errors(const Sheet& sheet, const Field& x,
 
 void to_forces(std::array<std::vector<double>, 4>& pull, const Sheet& sheet, const ProjectionInput& input, double h) {
   const auto inverse_mass = [&input](PetscInt particle) {
-    const auto i = static_cast<std::size_t>(particle);
-    return input.pinned[i] ? 0 : 1 / input.mass[i];
+    return input.pinned[particle] ? 0 : 1 / input.mass[particle];
   };
   for (std::size_t colour = 0; colour < pull.size(); ++colour) {
     for (std::size_t s = 0; s < pull[colour].size(); ++s) {
@@ -83,7 +82,7 @@ SuccessiveProjection::SuccessiveProjection(const Sheet& sheet, const ProjectOpti
     const auto index = static_cast<std::size_t>(colour);
     const SpringSet& springs = sheet.of(colour);
     System& system = systems_[index];
-    // Another preconditioner, if the user asks for it, wants the entries of the Gram matrix.
+    // Another preconditioner from the options needs the entries of the Gram matrix.
     const std::string prefix = options.solver_prefix + colour_names[index] + "_";
     char preconditioner[64] = "lines";
     check(PetscOptionsGetString(nullptr, prefix.c_str(), "-pc_type", preconditioner, sizeof preconditioner, nullptr));
@@ -134,7 +133,7 @@ void SuccessiveProjection::set_inverse_masses(const ProjectionInput& input) {
   const std::size_t count = input.mass.size();
   gram_inverse_mass_.assign(count, 1);
   if (options_.masses == GramMasses::actual) {
-    // Scaled by the mean mass of the particles that are left, so that the numbers stay near one.
+    // Scaled by the mean mass of the remaining particles, so that the numbers stay near one.
     const auto end = input.mass.begin() + sheet_.particles.owned;
     std::array<double, 2> sums{std::accumulate(input.mass.begin(), end, 0.0),
                                static_cast<double>(sheet_.particles.owned - std::count(input.mass.begin(), end, 0.0))};
@@ -223,7 +222,7 @@ void SuccessiveProjection::move(Field& x) {
   x.update_ghosts();
 }
 
-/// All colours in one solve. Collective.
+/// Projects all colours in one solve. Collective.
 StageResult SuccessiveProjection::project_jointly(Field& x, const ProjectionInput& input) {
   std::array<const Eigen::Matrix3Xd*, 4> gradients{};
   joint_error_.clear();
@@ -326,7 +325,7 @@ StageResult SuccessiveProjection::advance(Field& x, const ProjectionInput& input
   if (result.error < options_.threshold) {
     after_step();  // A sheet that keeps its lengths may still have run into a body.
   }
-  // Negated, so that an error that is not a number is treated, and fails, too.
+  // Negated, so that an error that is not a number fails, too.
   for (int step = 1; step <= options_.max_steps && !(result.error < options_.threshold); ++step) {
     if (joint_ != nullptr) {
       if (!add_solve(result, project_jointly(x, input))) {

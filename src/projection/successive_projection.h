@@ -25,46 +25,46 @@ struct ProjectionError {
   double total = 0;
 };
 
-/// ||C|| of each colour and of all. Collective.
+/// ||C|| of each colour and of all springs. Collective.
 /// @param x positions, ghosts up to date [m] @param target_length of the local springs of each colour [m]
 ProjectionError constraint_errors(const Sheet& sheet, const Field& x,
                                   const std::array<std::vector<double>, 4>& target_length, const Living& living);
 
-/// What a projection needs besides the positions that it moves.
+/// Data of a projection, besides the positions.
 struct ProjectionInput {
   const std::array<std::vector<double>, 4>& target_length;  ///< of the local springs of each colour, > 0 [m]
   const std::vector<double>& mass;              ///< of the local particles, 0 where one has been removed [kg]
   const std::vector<bool>& pinned;              ///< local particles that the projection must not move
-  const Living& living;                         ///< what has not burnt, ghosts up to date
+  const Living& living;                         ///< springs that live, ghosts up to date
   std::function<void(Field&)> after_step = {};  ///< applied to the positions after each full step (contact), or empty
-  /// Applied to the positions after the last step, or empty. Says, alike on all ranks, whether it has moved anything: a
-  /// strain limit is seen to again then.
+  /// Applied to the positions after the last step, or empty. Returns, alike on all ranks, whether anything has moved: a
+  /// strain limit is then applied again.
   std::function<bool(Field&)> at_end = {};
-  /// Receives how much shorter each owned spring's own constraint made it, by colour; negative where longer [m]:
+  /// Receives the shortening of each owned spring by its own constraint, by colour; negative if it was lengthened [m]:
   /// (w_a + w_b) |grad C| lambda, with the inverse masses w that move its ends, summed over the projection steps.
   std::array<std::vector<double>, 4>* pull = nullptr;
 };
 
-/// Converts the lengths by which a projection has made springs shorter (ProjectionInput::pull) into the forces that
-/// would have done so in a step: F = pull / (h^2 (1/m_a + 1/m_b)), with 1/m = 0 for a pinned end. Not collective.
+/// Converts the shortenings of springs by a projection (ProjectionInput::pull) into the forces with the same effect in
+/// a step: F = pull / (h^2 (1/m_a + 1/m_b)), with 1/m = 0 for a pinned end. Not collective.
 /// @param pull of the owned springs by colour [m], becomes force [N]
 void to_forces(std::array<std::vector<double>, 4>& pull, const Sheet& sheet, const ProjectionInput& input, double h);
 
-/// Successive fast projection (burning paper, section 7.1): the four colours in turn are projected onto their target
-/// lengths, of a sheet of one layer the blue one alone, by one Newton step each, until ||C|| is below the threshold or
+/// Successive fast projection (burning paper, section 7.1): the four colours in turn (of a sheet of one layer the blue
+/// one alone) are projected onto their target lengths by one Newton step each, until ||C|| is below the threshold or
 /// all steps are used.
 ///
-/// With the joint method each step is one Newton step of all colours together (JointGram), which begins with the
-/// multipliers of the last one.
+/// With the joint method each step is one Newton step of all colours together (JointGram), starting from the last
+/// multipliers.
 ///
-/// With a strain limit, springs of the net (blue and green) that are then strained by more than most of it are brought
-/// back, in as many further steps as the options allow: Newton's method for J delta = C(d) - C(l (1 +- 0.8 limit)) of
-/// these springs and J delta = 0 of the others of their colour, with true masses and without weights, and with as
-/// little regularisation as a solve can do with. When some spring stays beyond the limit the step has failed.
+/// With a strain limit, springs of the net (blue and green) with a strain beyond 0.8 of it are corrected in further
+/// steps: Newton's method for J delta = C(d) - C(l (1 +- 0.8 limit)) of these springs and J delta = 0 of the others of
+/// their colour, with true masses, without weights and with the least regularisation that a solve needs. The step has
+/// failed if a spring stays beyond the limit.
 class SuccessiveProjection {
  public:
   /// @param spring_weight factor of each local spring's weight by colour (eq. 19), or empty for 1. Collective.
-  /// @throws Error when a vertex has more than six neighbours and the shift is too small for it
+  /// @throws Error if a vertex has more than six neighbours and the shift is too small
   SuccessiveProjection(const Sheet& sheet, const ProjectOptions& options,
                        std::array<std::vector<double>, 4> spring_weight = {});
 
@@ -72,15 +72,15 @@ class SuccessiveProjection {
   /// `error` of the result is ||C|| at the end [m].
   StageResult advance(Field& x, const ProjectionInput& input);
 
-  /// One colour alone: one linear solve. Collective.
+  /// Projects one colour by one linear solve. Collective.
   StageResult project(Field& x, Colour colour, const ProjectionInput& input);
 
-  /// ||C|| of each colour and of all. Collective.
+  /// ||C|| of each colour and of all springs. Collective.
   ProjectionError errors(const Field& x, const ProjectionInput& input) const {
     return constraint_errors(sheet_, x, input.target_length, input.living);
   }
 
-  /// The errors of the last `advance`, if the option asks for them.
+  /// The errors in the last `advance`, if the options ask for them.
   const std::vector<ProjectionError>& monitored() const { return monitored_; }
   /// Linear iterations of each colour in the last `advance`.
   const std::array<int, 4>& iterations() const { return iterations_; }
@@ -89,7 +89,7 @@ class SuccessiveProjection {
   /// One colour's system.
   struct System {
     std::unique_ptr<Gram> gram;
-    std::unique_ptr<LineElimination> lines;  ///< or none, then the solver works on the Gram matrix
+    std::unique_ptr<LineElimination> lines;  ///< null: the solver works on the Gram matrix
     KspHandle ksp;
     VecHandle lambda;
     VecHandle right_hand_side;
@@ -100,9 +100,9 @@ class SuccessiveProjection {
   void begin(const ProjectionInput& input);
   void set_inverse_masses(const ProjectionInput& input);
   double length_norm(const Living& living) const;
-  /// An error ||C|| at which the projection stops needs no correction.
+  /// Accuracy of the linear solves: a residual below the threshold of ||C|| is small enough.
   LinearNeed need() const { return {largest_unjudged_rtol, options_.threshold}; }
-  /// @param limit if given, only what is strained beyond a share of it is corrected
+  /// @param limit if given, only springs strained beyond a share of it are corrected
   StageResult project_colour(Field& x, Colour colour, const ProjectionInput& input,
                              std::optional<double> limit = std::nullopt);
   StageResult project_jointly(Field& x, const ProjectionInput& input);
@@ -115,7 +115,7 @@ class SuccessiveProjection {
   ProjectOptions options_;
   std::array<System, 4> systems_;
   std::unique_ptr<JointGram> joint_;       ///< of all springs, if the options ask for it
-  std::vector<Colour> colours_;            ///< that act, in the order of projection
+  std::vector<Colour> colours_;            ///< colours that act, in the order of projection
   std::vector<double> joint_error_;        ///< weighted, of all springs in one solve
   std::vector<double> gram_inverse_mass_;  ///< W of J W J^T
   std::vector<double> move_inverse_mass_;  ///< W of the displacement

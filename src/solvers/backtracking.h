@@ -6,12 +6,12 @@
 namespace pellicle {
 inline namespace solvers {
 
-/// The longest of the shares 1, 1/2, 1/4, ... of a step that lowers a merit function by a ten-thousandth of what its
-/// slope promises (Armijo); nothing if no share of 20 halvings does. Collective if the merit is.
-/// @param merit of a share of the step, or nothing where it may not go
-/// @param before the merit without the step
-/// @param slope by which the merit falls at the start of the step; 0 asks for a decrease only
-/// @param rounding of the merit: a rise by no more than this does not count
+/// The largest share 1, 1/2, 1/4, ... of a step that lowers a merit function by a ten-thousandth of the decrease that
+/// its slope predicts (Armijo); none after 20 halvings. Collective if the merit is.
+/// @param merit of a share of the step; none where the step is not allowed
+/// @param before merit at the start of the step
+/// @param slope decrease of the merit per unit share at the start; 0: any decrease is enough
+/// @param rounding of the merit; a rise by no more than this is accepted
 std::optional<double> backtrack(const std::function<std::optional<double>(double share)>& merit, double before,
                                 double slope, double rounding);
 

@@ -52,7 +52,7 @@ LinearResult BorderedSystem::solve(Vec right_hand_side, Vec solution) {
 }
 
 /// With G = Q R, Q orthonormal: x = Q R^-T w + y for g.x = w, and P A P y = P (r - A Q R^-T w). The border follows from
-/// what is left of the rows of T, which only sums of columns can be.
+/// the residual of the rows of T, which is a sum of columns.
 LinearResult BorderedSystem::solve_orthogonally(const Eigen::VectorXd& wanted) {
   const Eigen::LLT<Eigen::MatrixXd>& products = part_.held_products();
   const Eigen::MatrixXd factor = products.matrixU();  // its diagonal: of each column, what those before leave

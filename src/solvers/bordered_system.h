@@ -8,20 +8,20 @@
 namespace pellicle {
 inline namespace solvers {
 
-/// [T', -G S; -S G^T, 0] [x; z] = [r; q]: some of the columns of a LowRankSystem, G, border it, with scales S; T' is
-/// its T with what its other columns add. x = x0 + y, where x0, a sum of columns, has S G^T x0 = -q and y is orthogonal
-/// to the columns, so that y alone is to be solved for, in the space in which T' is positive definite where a volume
-/// that is prescribed holds it (Gould, Hribar and Nocedal, On the solution of equality constrained quadratic
-/// programming problems, SIAM J. Sci. Comput. 23, 2001).
+/// The system [T', -G S; -S G^T, 0] [x; z] = [r; q]: columns G of a LowRankSystem border it, with scales S; T' is its T
+/// plus the terms of the other columns. x = x0 + y, where x0, a sum of columns, has S G^T x0 = -q, and y is orthogonal
+/// to the columns. Iterations solve for y alone, in a space where T' is positive definite if prescribed volumes make
+/// the state stable (Gould, Hribar and Nocedal, On the solution of equality constrained quadratic programming problems,
+/// SIAM J. Sci. Comput. 23, 2001).
 ///
 /// A solver that works with T alone eliminates blocks instead. T' is then replaced by the system's own A, with rho g
 /// g^T of the bordering columns, and r is changed accordingly: for S G^T x = -q the solution is the same, and A stays
 /// positive definite even where T' is so only on the x with G^T x = 0. A column's rho is its coefficient there.
 ///
-/// A vector of such a system has the rows of T, and the border's at the end of rank 0's.
+/// A vector of the bordered system has the rows of T, and after rank 0's rows those of the border.
 class BorderedSystem {
  public:
-  /// Collective. @param part must outlive the system @param columns of it that border, at least one
+  /// Collective. @param part must outlive the system @param columns bordering columns of `part`, at least one
   BorderedSystem(LowRankSystem& part, std::vector<int> columns, Eigen::VectorXd scales);
   BorderedSystem(const BorderedSystem&) = delete;  // The matrix points to this object.
   BorderedSystem& operator=(const BorderedSystem&) = delete;
@@ -32,8 +32,7 @@ class BorderedSystem {
   /// Rows of the border on this rank: all of them on rank 0.
   PetscInt border_rows() const { return rank_ == 0 ? size() : 0; }
 
-  /// A solution along which the matrix has negative curvature is rejected, as conjugate gradients would have done.
-  /// Collective.
+  /// Solves; rejects a solution along which the matrix has negative curvature, as conjugate gradients do. Collective.
   LinearResult solve(Vec right_hand_side, Vec solution);
 
   /// The border's entries of a vector, on every rank. Collective.

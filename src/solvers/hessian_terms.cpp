@@ -13,8 +13,8 @@ void HessianTerms::add_differences(const std::vector<DifferenceTerm>& terms) {
 
 void HessianTerms::add_numbers(const NumberRows& rows) {
   for (PetscInt i = 0; i < owned_; ++i) {
-    const auto last = static_cast<std::size_t>(rows.offsets[static_cast<std::size_t>(i) + 1]);
-    for (auto k = static_cast<std::size_t>(rows.offsets[i]); k < last; ++k) {
+    const std::size_t last = rows.offsets[static_cast<std::size_t>(i) + 1];
+    for (std::size_t k = rows.offsets[i]; k < last; ++k) {
       add_blocks(rows, i, k);
     }
   }

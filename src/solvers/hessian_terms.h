@@ -10,24 +10,24 @@
 namespace pellicle {
 inline namespace solvers {
 
-/// The part of a Hessian that acts on the difference of two vertices alone, n n^T + across I, as of a spring: n lies
-/// along the line through both. Its part along that line does no work when both turn together.
+/// Term of a Hessian that acts on the difference of two vertices alone, n n^T + across I, such as a spring's: n lies
+/// along the line through both, so that n n^T does no work when both turn together.
 struct DifferenceTerm {
   PetscInt a = 0;  ///< local vertex
   PetscInt b = 0;
-  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< n, the root of its stiffness long [(N/m)^(1/2)]
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< n; length: root of the stiffness [(N/m)^(1/2)]
   double across = 0;                                    ///< [N/m]
 };
 
-/// The part of a symmetric Hessian that couples vertices in all directions alike: a number e for each pair of vertices,
-/// in rows of the owned vertices, each with its diagonal and the columns after it. In addition it may couple them along
-/// normals, by a share of each number: blocks are then e (I + along n_i n_j^T).
+/// Part of a symmetric Hessian that couples vertices alike in all directions: a number e for each pair of vertices, in
+/// rows of the owned vertices, each with its diagonal and the columns after it. With normals n the blocks are e (I +
+/// along n_i n_j^T).
 struct NumberRows {
   std::vector<PetscInt> offsets{0};  ///< first entry of each row, (owned + 1)
   std::vector<PetscInt> columns;     ///< local vertices, ascending in a row
   std::vector<double> entries;       ///< [N/m]
-  double along = 0;                  ///< share
-  Field normals;                     ///< of the local vertices, if there is a share
+  double along = 0;                  ///< coupling along normals over that in all directions
+  Field normals;                     ///< of the local vertices, if `along` is not 0
 
   /// Block of vertex i with the vertex of an entry of its row.
   Eigen::Matrix3d block(PetscInt i, std::size_t entry) const {
@@ -46,13 +46,13 @@ class HessianTerms {
   explicit HessianTerms(PetscInt owned) : owned_(owned) {}
   virtual ~HessianTerms() = default;
 
-  /// A block (3 x 3) of an owned vertex's row. @param row, column local vertices
+  /// Adds a block (3 x 3) to an owned vertex's row. @param row, column local vertices
   virtual void add_block(PetscInt row, PetscInt column, const Eigen::Matrix3d& block) = 0;
-  /// Otherwise blocks of two different vertices may be left out.
+  /// Whether blocks of two different vertices are needed; if not, they may be left out.
   virtual bool wants_off_diagonal() const { return true; }
-  /// Terms of which at least one vertex is owned. Block by block unless overridden.
+  /// Adds terms of which at least one vertex is owned; block by block unless overridden.
   virtual void add_differences(const std::vector<DifferenceTerm>& terms);
-  /// Likewise.
+  /// Adds rows of numbers; block by block unless overridden.
   virtual void add_numbers(const NumberRows& rows);
 
  protected:
@@ -66,7 +66,7 @@ class HessianTerms {
   PetscInt owned_;
 };
 
-/// Passes a Hessian on block by block, to a function of an owned row, a column and a block.
+/// Passes the blocks of a Hessian to a function of an owned row, a column and a block.
 template <class Take>
 class TakenBlocks : public HessianTerms {
  public:

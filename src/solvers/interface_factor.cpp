@@ -12,7 +12,7 @@ namespace pellicle {
 inline namespace solvers {
 
 InterfaceFactor::InterfaceFactor(std::vector<int> rows, std::vector<int> columns, int size, const std::string& prefix) {
-  const auto order = static_cast<std::size_t>(size);
+  const std::size_t order = size;
   if (rows.size() < order * (order + 1) / 2) {
     sparse_ = std::make_unique<MumpsFactor>(std::move(rows), std::move(columns), size, 0, prefix);
     return;

@@ -31,8 +31,8 @@ std::optional<std::string> option_value(const std::string& name) {
   return is_set == PETSC_TRUE ? std::optional<std::string>(text) : std::nullopt;
 }
 
-/// The option by the name that the user gave it: what is given for the prefix "project_" is handed on to
-/// "project_red_", and in a run of several objects to "objects_cloth_project_red_".
+/// Name of an option as the user wrote it: options of the prefix "project_" are copied to "project_red_", and in a run
+/// of several objects to "objects_cloth_project_red_".
 std::string given_name(const std::string& prefix, const std::string& option) {
   const std::string own = "-" + prefix + option;
   const std::optional<std::string> value = option_value(own);
@@ -62,7 +62,7 @@ std::string chosen_solver(const std::string& prefix) {
   return words.empty() ? "-" + prefix + "..." : words;
 }
 
-/// Whether PETSc's error says that the options ask for something impossible: then every rank gets it alike.
+/// Whether a PETSc error means that the options ask for something impossible; every rank then has the same error.
 bool is_about_options(PetscErrorCode code) {
   switch (code) {
     case PETSC_ERR_SUP:
@@ -159,10 +159,10 @@ void require_factor(const std::string& prefix, Mat matrix) {
               expected);
 }
 
-/// The preconditioner for the blocks of block Jacobi, on a KSP whose blocks are not made yet.
+/// Key under which a KSP keeps the preconditioner of block Jacobi's blocks until these are made.
 constexpr const char* block_type_key = "pellicle_block_type";
 
-/// Gives a factorisation that PETSc has for one rank only to the blocks of block Jacobi, when `solve` has them.
+/// Sets block Jacobi and notes, for `solve`, a factorisation for its blocks that PETSc has for one rank only.
 void make_parallel(KSP ksp, PC pc, PCType type) {
   Handle<PetscContainer, PetscContainerDestroy> block_type;
   check(PetscContainerCreate(PetscObjectComm(reinterpret_cast<PetscObject>(ksp)), block_type.create()));
@@ -222,8 +222,7 @@ void give_mumps_room(KSP ksp) {
   }
 }
 
-/// Refuses what PETSc would refuse in the first solve only, and what would end in a crash or without any
-/// preconditioner.
+/// Refuses preconditioners that PETSc refuses only in the first solve, and those that crash or do nothing.
 /// @param type of the preconditioner @param matrix from which it is made
 void require_available(PCType type, Mat system, Mat matrix, const std::string& prefix) {
   MatType matrix_type = nullptr;
@@ -326,9 +325,9 @@ void require_tolerance(KSP ksp, const std::string& prefix, double largest) {
   }
 }
 
-/// Where KSPCHEBYSHEV ends with numbers that are not finite, one of its work vectors is left as its solution, without a
-/// reference: the next solve would free that vector and go on to use it. Here it gets one, and the solution loses its
-/// own.
+/// Repairs KSPCHEBYSHEV after a solve with numbers that are not finite: one of its work vectors is then its solution,
+/// without a reference, and the next solve would free and use it. Gives it a reference, and takes one from the
+/// solution.
 void own_solution(KSP ksp, Vec solution) {
   Vec left = nullptr;
   check(KSPGetSolution(ksp, &left));
@@ -338,7 +337,7 @@ void own_solution(KSP ksp, Vec solution) {
   }
 }
 
-/// A solver's own convergence test, and where a solve may be left.
+/// A solver's own convergence test, with a StopPoint.
 struct StoppableTest {
   PetscErrorCode (*test)(KSP, PetscInt, PetscReal, KSPConvergedReason*, void*) = nullptr;
   void* context = nullptr;
@@ -365,7 +364,7 @@ PetscErrorCode destroy_test(void* context) {
   });
 }
 
-/// Leaves the work in progress before a solve, if there is a signal: to make the preconditioner may take long.
+/// Stops before a solve if there is a signal, because making the preconditioner may take long.
 void leave_before_solve(KSP ksp) {
   PetscErrorCode (*test)(KSP, PetscInt, PetscReal, KSPConvergedReason*, void*) = nullptr;
   void* context = nullptr;

@@ -21,27 +21,27 @@ struct KspDefaults {
   double rtol = 1e-8;
   int max_iterations = 2000;
   double divtol = 1e5;                ///< growth of the residual that ends a solve
-  bool single_reduction = false;      ///< of conjugate gradients, one an iteration in place of three
+  bool single_reduction = false;      ///< of conjugate gradients: one reduction an iteration, not three
   std::vector<std::string> fields{};  ///< names of the unknowns of a vertex, a particle or a spring, for the DM
-  double largest_rtol = 1;            ///< relative tolerance, at most, for which the user may ask
+  double largest_rtol = 1;            ///< largest relative tolerance that the user may set
 };
 
-/// How exact a solution x of A x = b must be: |b - A x| may be as large as the larger of both numbers says.
+/// Accuracy that a solution x of A x = b needs: |b - A x| at most the larger of both tolerances.
 struct LinearNeed {
   double relative = 0;  ///< share of |b|
   double absolute = 0;  ///< in the unit of b
 };
 
-/// Largest relative tolerance of a solver whose solution nothing judges that comes after it.
+/// Largest relative tolerance of a solver whose solution is not checked by anything afterwards.
 constexpr double largest_unjudged_rtol = 0.1;
 
-/// Additional share that MUMPS gets of the memory that it estimates [%]: on several ranks it needs more, how much
-/// depends on the order of messages, and with the default (20) small systems now and then fail.
+/// Memory for MUMPS beyond its estimate [%]: on several ranks the need depends on the order of messages, and with the
+/// default (20) small systems sometimes fail.
 constexpr PetscInt mumps_room = 100;
 constexpr PetscInt mumps_room_setting = 14;  ///< MUMPS' number of this setting
 
 /// A solver for `matrix`, with the defaults and then the options of `prefix` (such as "heat_") set. A preconditioner
-/// that PETSc has for one rank only (icc, ilu) becomes block Jacobi with such blocks on several. Collective.
+/// that PETSc has for one rank only (icc, ilu) becomes block Jacobi with such blocks on several ranks. Collective.
 /// @param preconditioning matrix that the preconditioner is built from
 /// @throws Error that names the option: a type or solver package that PETSc does not have, or that the matrix does not
 /// allow, or a tolerance that is no tolerance
@@ -50,33 +50,32 @@ KspHandle make_ksp(Mat matrix, Mat preconditioning, const std::string& prefix, c
 /// Whether any of PETSc's options of a prefix is given. @param names such as "ksp_type"
 bool any_is_given(const std::string& prefix, std::initializer_list<const char*> names);
 
-/// Whether the options of a solver ask for entries of its matrix: for another preconditioner than none and the
-/// diagonal, to scale the matrix, to see or to save it.
+/// Whether the options of a solver need entries of its matrix: for a preconditioner other than none and the diagonal,
+/// or to scale, view or save the matrix.
 bool asks_for_entries(const std::string& prefix);
 
-/// Tells PETSc that a matrix is symmetric positive definite whatever values it gets, or, where PETSc's type cannot know
-/// that, that it is symmetric.
+/// Marks a matrix as symmetric positive definite for all its values to come, or as symmetric where PETSc's type has no
+/// such mark.
 void set_definite(Mat matrix);
 
 /// Reads the options `-<prefix>mat_...` of a matrix whose type is given. Collective. @throws Error on `mat_type`, which
 /// no option of PETSc can change here
 void set_matrix_options(Mat matrix, const std::string& prefix);
 
-/// Runs calls of PETSc's that set up or run the solvers of `prefix`. @throws Error that names their options when PETSc
-/// cannot do as they say
+/// Runs PETSc calls that set up or run the solvers of `prefix`. @throws Error that names their options when PETSc
+/// cannot follow them
 void run_solver(const std::string& prefix, const std::function<void()>& calls);
 
-/// How a solve of a symmetric system that should be positive definite ended. no: it failed for another reason than the
-/// two that follow, a preconditioner that is not positive definite or could not be made, and a matrix that is not
-/// positive definite.
+/// End of a solve of a symmetric system that should be positive definite. bad_preconditioner: it is not positive
+/// definite or could not be made; concave: the matrix is not positive definite; no: failed for another reason.
 enum class Solved { yes, no, bad_preconditioner, concave };
 
-/// How a linear solve went.
+/// Result of a linear solve.
 struct LinearResult : StageResult {
-  KSPConvergedReason ended = KSP_CONVERGED_ITERATING;  ///< PETSc's name for it
+  KSPConvergedReason ended = KSP_CONVERGED_ITERATING;  ///< reason in PETSc's terms
   Solved solved = Solved::yes;
 
-  /// Marks it as not converged.
+  /// Marks the result as not converged.
   void refuse(Solved why, std::string words) {
     converged = false;
     solved = why;
@@ -84,18 +83,18 @@ struct LinearResult : StageResult {
   }
 };
 
-/// Gives a solver, whose options have been read, StopPoints before each solve and in each iteration. make_ksp does so.
+/// Adds StopPoints to a solver whose options have been read, before each solve and in each iteration. make_ksp does so.
 void make_stoppable(KSP ksp);
 
-/// Solves and says how it went; divergence is a result. Where the solver tests no residual itself (preonly, no norm),
-/// the true one is tested. Collective. @throws Error that names the solver's options when PETSc cannot do as they say;
-/// Stopped, see make_stoppable
-/// @param need null: what uses the solution judges it. Otherwise the true residual is also tested where the solver has
-/// ended by an absolute tolerance, which says nothing about the right-hand side
+/// Solves; divergence is a result, not an error. If the solver tests no residual (preonly, no norm), the true one is
+/// tested. Collective. @throws Error that names the solver's options when PETSc cannot follow them; Stopped at a
+/// StopPoint (make_stoppable)
+/// @param need null: the caller checks the solution. Otherwise the true residual is also tested if the solver has ended
+/// by an absolute tolerance, which is independent of the right-hand side
 LinearResult solve(KSP ksp, Vec right_hand_side, Vec solution, const LinearNeed* need = nullptr);
 
-/// What is wrong with a solution whose residual b - A x was not tested; empty if it is what is needed, or what rounding
-/// leaves of a direct solve. Collective. @param preconditioning a matrix whose diagonal is as large as A's
+/// Message if a solution's untested residual b - A x exceeds the need and the rounding of a direct solve; otherwise
+/// empty. Collective. @param preconditioning a matrix whose diagonal is as large as A's
 std::string fault_of_solution(Mat matrix, Mat preconditioning, Vec right_hand_side, Vec solution,
                               const LinearNeed& need);
 

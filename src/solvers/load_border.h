@@ -7,15 +7,15 @@
 namespace pellicle {
 inline namespace solvers {
 
-/// [T', l; S g^T, 0] [x; z] = [r; q]: a load z, by which the residual of a system changes with l, is one more unknown,
-/// and one more row says how far to go along g: the path of equilibria beyond a limit point, where T' is singular
-/// (Riks, An incremental approach to the solution of snapping and buckling problems, Int. J. Solids Struct. 15, 1979).
-/// g is the last column of a LowRankSystem, T' its T with what the columns before add. Solved by block elimination. T'
-/// is replaced by the system's own A, with rho g g^T of that column, and r is changed accordingly: the solution is the
+/// The system [T', l; S g^T, 0] [x; z] = [r; q]: one more unknown is the load z, by which the residual changes as l,
+/// and one more row prescribes the way along g. It follows equilibria past a limit point, where T' is singular (Riks,
+/// An incremental approach to the solution of snapping and buckling problems, Int. J. Solids Struct. 15, 1979). g is
+/// the last column of a LowRankSystem, T' its T plus the terms of the other columns. Solved by block elimination. T' is
+/// replaced by the system's own A, with rho g g^T of that column, and r is changed accordingly: the solution is the
 /// same, and A stays positive definite even where T' is so only on the x with g^T x = 0. rho is the column's
 /// coefficient.
 ///
-/// A vector of such a system has the rows of T, and one more at the end of rank 0's.
+/// A vector of the bordered system has the rows of T, and one more after those of rank 0.
 class LoadBorder {
  public:
   /// Collective. @param part must outlive the border
@@ -28,10 +28,10 @@ class LoadBorder {
   /// Rows of the border on this rank: one on rank 0.
   PetscInt border_rows() const { return rank_ == 0 ? 1 : 0; }
 
-  /// @param load l of the owned rows @param scale S
+  /// Sets l and S. @param load l of the owned rows @param scale S
   void update(const Eigen::VectorXd& load, double scale);
 
-  /// If l has no part along which the row could go there is no solution. Collective.
+  /// Solves; there is no solution if g^T A^-1 l is 0. Collective.
   LinearResult solve(Vec right_hand_side, Vec solution);
 
   /// The border's entry of a vector, on every rank. Collective.

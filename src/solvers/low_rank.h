@@ -7,10 +7,10 @@
 namespace pellicle {
 inline namespace solvers {
 
-/// G C G^T with G = S Q: the second derivative of what depends on a few numbers, such as volumes. S has few entries in
-/// all where each number depends on some of the unknowns; Q mixes its columns so that C is diagonal.
+/// Low-rank matrix G C G^T with G = S Q: the second derivative of a function of a few numbers, such as volumes. S is
+/// sparse, as each number depends on some of the unknowns only; Q mixes its columns so that C is diagonal.
 struct LowRank {
-  /// Without columns.
+  /// A matrix without columns, 0.
   LowRank() = default;
   /// G = S.
   LowRank(Eigen::SparseMatrix<double> columns, Eigen::VectorXd coefficients)
@@ -21,7 +21,7 @@ struct LowRank {
   Eigen::Index count() const { return coefficients.size(); }
   /// A column of G.
   Eigen::VectorXd column(Eigen::Index number) const { return sparse * mixing.col(number); }
-  /// Several, side by side.
+  /// Several columns of G, side by side.
   Eigen::MatrixXd columns(const std::vector<int>& numbers) const { return sparse * mixing(Eigen::all, numbers); }
   /// G w.
   Eigen::VectorXd times(const Eigen::VectorXd& weights) const { return sparse * (mixing * weights); }
@@ -33,7 +33,7 @@ struct LowRank {
 
   Eigen::SparseMatrix<double> sparse;  ///< S, (owned rows x count)
   Eigen::MatrixXd mixing;              ///< Q, orthogonal, the same on every rank
-  Eigen::VectorXd coefficients;        ///< the diagonal of C, likewise
+  Eigen::VectorXd coefficients;        ///< the diagonal of C, the same on every rank
 };
 
 }  // namespace solvers

@@ -12,11 +12,11 @@
 namespace pellicle {
 inline namespace solvers {
 
-/// A x = b with A = T + G C G^T: T is sparse or matrix-free, the rest a LowRank. The preconditioner is made from T. A
-/// solver without iterations (preonly) solves with T alone, and the columns are added by Woodbury's formula.
+/// The system A x = b with A = T + G C G^T: T is sparse or matrix-free, G C G^T a LowRank. The preconditioner is made
+/// from T. A solver without iterations (preonly) solves with T alone, and the columns are added by Woodbury's formula.
 ///
-/// Columns may be held: then P A P x = P b, with the projection P on what is orthogonal to them. Conjugate gradients
-/// need no more of A than that it is positive definite there.
+/// Columns may be held: then P A P x = P b, with the projection P on the space orthogonal to them. Conjugate gradients
+/// then need A to be positive definite in that space only.
 class LowRankSystem {
  public:
   /// Makes the solver, as make_ksp does. Collective.
@@ -27,7 +27,7 @@ class LowRankSystem {
   LowRankSystem& operator=(const LowRankSystem&) = delete;
 
   Mat sparse() const { return sparse_; }
-  /// A, or P A P.
+  /// A, or P A P with held columns.
   Mat matrix() const { return count() > 0 ? Mat(matrix_) : sparse_; }
   KSP solver() const { return solver_; }
   int count() const { return count_; }
@@ -35,24 +35,24 @@ class LowRankSystem {
   Eigen::Index rows() const { return rows_; }
   const LowRank& low_rank() const { return low_rank_; }
 
-  /// Sets what is added to T, whose values have just changed. Collective. @param low_rank with as many columns
+  /// Sets G C G^T after T has got new values. Collective. @param low_rank with `count` columns
   void update(LowRank low_rank);
 
-  /// Holds these columns from here on; not with a solver that works with T alone. Collective.
+  /// Holds columns from now on; not with a solver that works with T alone. Collective.
   void hold(std::vector<int> columns);
   const std::vector<int>& held() const { return held_; }
   /// Q, (owned rows x held columns), orthonormal over all ranks, of the held columns G = Q R.
   const Eigen::MatrixXd& held_basis() const { return basis_; }
-  /// R^T R = G^T G; without success where the columns depend on each other.
+  /// Cholesky factors of R^T R = G^T G; without success if the columns are linearly dependent.
   const Eigen::LLT<Eigen::MatrixXd>& held_products() const { return held_products_; }
-  /// x becomes P x. Collective. @returns Q^T x
+  /// Replaces x by P x. Collective. @returns Q^T x
   Eigen::VectorXd project(Vec x) const;
-  /// y = A x, whatever is held. Collective.
+  /// y = A x, also with held columns. Collective.
   void multiply_whole(Vec x, Vec y) const;
 
-  /// From here on uses another solver of `matrix()`; null: its own.
+  /// Uses another solver of `matrix()` from now on; null: the own one.
   void use(KSP solver) { other_solver_ = solver; }
-  /// Collective. @param need what a solution must be good for, see pellicle::solve
+  /// Solves. Collective. @param need as for pellicle::solve
   LinearResult solve(Vec right_hand_side, Vec solution, const LinearNeed* need = nullptr);
 
   /// g_c.v of every column (the rows of the result) and every vector (its columns). Collective.
@@ -60,7 +60,7 @@ class LowRankSystem {
 
   /// Whether the solver works with T alone.
   bool solves_sparse_alone() const { return solves_sparse_alone_; }
-  /// From here on makes the preconditioner from a matrix other than T; not with a solver that works with T alone.
+  /// Makes the preconditioner from a matrix other than T from now on; not with a solver that works with T alone.
   void precondition_from(Mat matrix);
 
  private:
@@ -80,8 +80,8 @@ class LowRankSystem {
   VecHandle projected_;
   MatHandle matrix_;  ///< if there are columns
   KspHandle solver_;
-  KSP other_solver_ = nullptr;        ///< in use in its place
-  std::vector<VecHandle> influence_;  ///< T^-1 g of the columns, as far as they are known for the present values
+  KSP other_solver_ = nullptr;        ///< used in place of `solver_`
+  std::vector<VecHandle> influence_;  ///< T^-1 g of the first columns, those solved for since the last update
 };
 
 }  // namespace solvers

@@ -21,7 +21,7 @@ namespace {
 /// 20, 26: border and right-hand side).
 constexpr std::array<int, 25> free_settings = {1,  2,  3,  4,  6,  7,  8,  10, 11, 12, 13, 14, 15,
                                                22, 23, 24, 25, 27, 28, 29, 31, 33, 35, 36, 38};
-constexpr std::array<int, 6> free_numbers = {1, 2, 3, 4, 5, 7};  ///< likewise, that are not integers
+constexpr std::array<int, 6> free_numbers = {1, 2, 3, 4, 5, 7};  ///< settings that are real numbers
 
 }  // namespace
 
@@ -32,7 +32,7 @@ struct MumpsFactor::Instance {
   static constexpr int analyse = 1;
   static constexpr int factorise = 2;
   static constexpr int solve = 3;
-  /// As in its manual, from 1.
+  /// MUMPS' setting by its number in the manual, from 1.
   int& setting(int number) { return data.icntl[number - 1]; }
   int result(int number) const { return data.infog[number - 1]; }
 
@@ -46,9 +46,9 @@ MumpsFactor::MumpsFactor(std::vector<int> rows, std::vector<int> columns, int si
       rows_(std::move(rows)),
       columns_(std::move(columns)),
       values_(rows_.size()),
-      border_unknowns_(static_cast<std::size_t>(border)),
+      border_unknowns_(border),
       complement_(static_cast<std::size_t>(border) * static_cast<std::size_t>(border)),
-      border_values_(static_cast<std::size_t>(border)),
+      border_values_(border),
       mumps_(std::make_unique<Instance>()) {
   DMUMPS_STRUC_C& data = mumps_->data;
   std::vector<int> places;  // from 1
@@ -103,9 +103,9 @@ MumpsFactor::MumpsFactor(std::vector<int> rows, std::vector<int> columns, int si
   }
 }
 
-/// Places in the order of elimination, from 1, of all unknowns.
+/// Position of each unknown in the order of elimination, from 1.
 std::vector<int> MumpsFactor::order() const {
-  const auto triples = static_cast<std::size_t>((size_ - border_) / 3);
+  const std::size_t triples = (size_ - border_) / 3;
   std::vector<std::vector<int>> neighbours(triples);
   for (std::size_t k = 0; k < rows_.size(); ++k) {
     const auto a = static_cast<std::size_t>(rows_[k] - 1) / 3;

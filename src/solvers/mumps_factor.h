@@ -8,39 +8,38 @@
 namespace pellicle {
 inline namespace solvers {
 
-/// L D L^T of the inner unknowns i of a symmetric matrix of points, three unknowns each, which need not be positive
-/// definite, by MUMPS on this rank alone, and what they leave to the others, its border b:
+/// L D L^T of the inner unknowns i of a symmetric, possibly indefinite matrix of points with three unknowns each, by
+/// MUMPS on this rank alone, and the Schur complement on the other unknowns, the border b:
 ///
 ///     A = [A_ii, A_ib; A_bi, A_bb], complement: A_bb - A_bi A_ii^-1 A_ib.
 class MumpsFactor {
  public:
-  /// Orders the unknowns.
-  /// @param rows, columns from 1, of entries that may come several times and are summed; of an entry and its mirror
-  /// image only one must come
-  /// @param size of A; the border are its last unknowns
+  /// Orders the unknowns for elimination.
+  /// @param rows, columns of the entries, from 1; repeated entries are summed, and only one of an entry and its
+  /// transpose is given
+  /// @param size of A @param border number of its last unknowns that are the border
   /// @param prefix of options: `-<prefix>mat_mumps_icntl_7`, `-<prefix>mat_mumps_cntl_1`
-  /// @throws Error with MUMPS' words for it
+  /// @throws Error with MUMPS' message
   MumpsFactor(std::vector<int> rows, std::vector<int> columns, int size, int border, const std::string& prefix);
   ~MumpsFactor();
   MumpsFactor(const MumpsFactor&) = delete;
   MumpsFactor& operator=(const MumpsFactor&) = delete;
 
-  /// Of the entries, in their order; to be set before a renewal.
+  /// Values of the entries, in their order; to be set before `renew`.
   std::vector<double>& values() { return values_; }
 
   /// Factorises the present values. @returns whether A_ii is regular, and there was memory for it
   bool renew();
 
   int size_of_border() const { return border_; }
-  /// How many eigenvalues of A_ii are negative.
+  /// Number of negative eigenvalues of A_ii.
   int negative() const;
-  /// Its lower half column after column, one of which is size_of_border() long: (row, column) has the place row +
-  /// column size_of_border().
+  /// Lower half of the complement: entry (row, column) has the place row + column size_of_border().
   const std::vector<double>& complement() const { return complement_; }
 
-  /// Eliminates the inner unknowns. @param load of all unknowns, the border's last, which becomes what is left to it
+  /// Eliminates the inner unknowns. @param load of all unknowns, the border's last, set to the reduced load
   void reduce(Eigen::VectorXd& load);
-  /// To be called after a reduction. @param solution of the border, last, to which that of the inner unknowns comes
+  /// Solves for the inner unknowns after `reduce`. @param solution of all unknowns, the border's, last, given
   void expand(Eigen::VectorXd& solution);
 
  private:

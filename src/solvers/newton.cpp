@@ -11,7 +11,7 @@ inline namespace solvers {
 
 namespace {
 
-/// Refuses nonlinear solvers and Jacobians that would bypass those of the problem, or most of what makes a step safe.
+/// Refuses nonlinear solvers and Jacobians that would bypass those of the problem, or its line search.
 void require_known(const std::string& prefix, const std::string& own_tangent) {
   char type[64] = SNESNEWTONLS;
   check(PetscOptionsGetString(nullptr, prefix.c_str(), "-snes_type", type, sizeof type, nullptr));
@@ -139,8 +139,8 @@ PetscErrorCode Newton::solve_callback(PC pc, Vec residual, Vec descent) {
   });
 }
 
-/// As SNESConvergedDefault, but with the problem's scale in place of the norm at the start, and its rounding; and where
-/// the work in progress is to be left, the method ends.
+/// Like SNESConvergedDefault, but with the problem's scale in place of the norm at the start, and with its rounding;
+/// also ends the method at a StopPoint.
 PetscErrorCode Newton::convergence_callback(SNES snes, PetscInt iteration, PetscReal position_norm, PetscReal step_norm,
                                             PetscReal norm, SNESConvergedReason* reason, void* context) {
   return as_petsc_callback([&] {

@@ -16,14 +16,14 @@ inline namespace solvers {
 
 using SnesHandle = Handle<SNES, SNESDestroy>;
 
-/// What SNES sets for one linear solve of Newton's method: the tolerance of Eisenstat and Walker, a lagged
+/// Settings of SNES for one linear solve of Newton's method: the tolerance of Eisenstat and Walker, a lagged
 /// preconditioner.
 struct NewtonRequest {
   double rtol = 0;
   PetscBool reuses_preconditioner = PETSC_FALSE;
 };
 
-/// Newton's step as the line search gets it. The search may overwrite `trial`.
+/// Newton's step, as the line search gets it.
 struct NewtonStep {
   Vec position;  ///< x
   Vec residual;  ///< f(x)
@@ -31,19 +31,19 @@ struct NewtonStep {
   Vec trial;
 };
 
-/// f(x) = 0, f the gradient of a potential, as Newton's method asks for it. All collective.
+/// The problem f(x) = 0 for Newton's method, with f the gradient of a potential. All functions are collective.
 struct NewtonProblem {
   std::function<void(Vec position, Vec residual)> residual;
-  /// Sets the Jacobian, in whatever form `solve` wants it.
+  /// Sets the Jacobian that `solve` uses.
   std::function<void(Vec position)> update_jacobian;
-  /// J y = f at the position of the last Jacobian. If it fails, the last result has the reason.
+  /// Solves J y = f with the last Jacobian. If the method ends here, NewtonResult has the reason.
   std::function<LinearResult(Vec residual, Vec descent, const NewtonRequest& request)> solve;
-  /// Share of the step to take; nothing if no share is acceptable. Empty function: always the whole step.
+  /// Finds the share of the step to take; none if no share is acceptable. Empty function: always the whole step.
   std::function<std::optional<double>(const NewtonStep& step)> search;
-  /// What NewtonDefaults::rtol is relative to where the residual was last asked for, a norm of the forces that are to
-  /// be in balance. Empty: the norm of the residual at the start.
+  /// Norm of the forces in the last residual, to which NewtonDefaults::rtol is relative. Empty: the norm of the
+  /// residual at the start.
   std::function<double()> scale;
-  /// Norm of a residual that is rounding alone. Empty function: NewtonDefaults::atol.
+  /// Norm up to which the last residual is rounding. Empty function: NewtonDefaults::atol.
   std::function<double()> rounding;
 };
 
@@ -55,21 +55,21 @@ struct NewtonDefaults {
   double ksp_rtol = 1e-6;
   int max_iterations = 50;
   NamedFields fields;       ///< of the unknowns, for the DM
-  std::string own_tangent;  ///< the options that choose the Jacobian, for a message
+  std::string own_tangent;  ///< names of the options that choose the Jacobian, for a message
 };
 
-/// How Newton's method ended.
+/// Result of Newton's method.
 struct NewtonResult {
   SNESConvergedReason ended = SNES_CONVERGED_ITERATING;
   int iterations = 0;
   int linear_iterations = 0;
-  double residual = 0;         ///< norm where it ended, as SNES has it
-  double start_residual = 0;   ///< norm where it began
-  std::string linear_failure;  ///< of the last linear solve, in words
+  double residual = 0;         ///< norm at the end, as in SNES
+  double start_residual = 0;   ///< norm at the start
+  std::string linear_failure;  ///< message of the last linear solve
 };
 
-/// Newton's method by SNES, whose linear solver is the problem's own: SNES sees a KSP of prefix `<prefix>newton_` that
-/// passes everything on.
+/// Newton's method by SNES with the problem's own linear solver, to which a KSP of prefix `<prefix>newton_` passes
+/// everything on.
 class Newton {
  public:
   /// Collective. @param system matrix of the Jacobian, for SNES alone @param prefix such as "prism_"
@@ -79,10 +79,10 @@ class Newton {
   Newton(const Newton&) = delete;  // PETSc's callbacks point to this object.
   Newton& operator=(const Newton&) = delete;
 
-  /// Moves `position` to where the method ends, whether that is a solution or not. Collective. @throws Error that names
-  /// the options when PETSc cannot do as they say; Stopped, at the beginning of an iteration or in its linear solve
+  /// Moves `position` to the last iterate, whether the method has converged or not. Collective. @throws Error that
+  /// names the options when PETSc cannot follow them; Stopped, at the beginning of an iteration or in its linear solve
   NewtonResult solve(Vec position);
-  /// The residual where it was last asked for; between solves the problem may overwrite it.
+  /// The last residual that SNES computed; between solves the problem may overwrite it.
   Vec residual() const { return residual_; }
 
  private:
@@ -98,9 +98,9 @@ class Newton {
   std::string prefix_;
   NewtonProblem problem_;
   NewtonResult result_;      ///< of the solve in progress
-  bool has_begun_ = false;   ///< it has a first residual
+  bool has_begun_ = false;   ///< whether the solve in progress has its first residual
   StopPoint stop_;           ///< at the beginning of an iteration
-  std::string bad_options_;  ///< why the linear solver cannot work as the options say, found in a callback
+  std::string bad_options_;  ///< message of an error in the linear solver's options, from a callback
   VecHandle residual_;
   SnesHandle snes_;
 };

@@ -64,8 +64,7 @@ PetscErrorCode apply(PC pc, Vec in, Vec out) {
   });
 }
 
-/// Makes a preconditioner of a type of ours: a shell under the type's name, so that the name stays what the options
-/// say.
+/// Makes a preconditioner of an own type: a shell that keeps the type's name, as in the options.
 PetscErrorCode create(PC pc) {
   return as_petsc_callback([&] {
     PCType given = nullptr;

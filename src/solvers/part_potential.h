@@ -40,9 +40,9 @@ class PartPotential : public Potential {
   const JoinedLayout& joined_;
   std::size_t part_;
   const Layout& vertices_;
-  mutable Field place_;            ///< x, of the part
-  mutable Eigen::Matrix3Xd own_;   ///< of the part's vertices: a gradient, or what is multiplied
-  mutable Eigen::Matrix3Xd more_;  ///< likewise: a product
+  mutable Field place_;            ///< positions x of the part
+  mutable Eigen::Matrix3Xd own_;   ///< of the part's vertices: a gradient, or the argument of a product
+  mutable Eigen::Matrix3Xd more_;  ///< of the part's vertices: a product
 };
 
 }  // namespace solvers

@@ -9,21 +9,20 @@
 namespace pellicle {
 inline namespace solvers {
 
-/// The sum of potentials at one position, of which value and gradient are evaluated once. Nothing here is a sum over
-/// ranks.
+/// The sum of potentials at one position, whose value and gradient are evaluated once. No sums over ranks.
 class PotentialSum {
  public:
-  /// To be called when the position or a potential has changed.
+  /// Discards the sum, when the position or a potential has changed.
   void forget() { is_evaluated_ = false; }
   /// Evaluates the potentials at x, unless that has been done. Collective.
   /// @param projectors on the directions in which the local vertices may move
-  /// @param x positions of the vertices, of which so many are owned, ghosts up to date
+  /// @param x positions of the vertices, ghosts up to date @param owned number of owned vertices
   void evaluate(const std::vector<Potential*>& potentials, const Projectors& projectors, const Field& x,
                 PetscInt owned);
 
   /// This rank's share of the sum [J].
   double value() const { return value_; }
-  /// By the owned vertices, in the directions in which they may move, (3 x owned) [N].
+  /// Derivative by the owned vertices, in the directions in which they may move (3 x owned) [N].
   const Eigen::Matrix3Xd& gradient() const { return gradient_; }
   /// This rank's square of the norm of each potential's gradient [N^2].
   const std::vector<double>& squares() const { return squares_; }

@@ -39,8 +39,8 @@ CellGraph vertex_graph(PetscInt owned, const std::vector<std::array<PetscInt, 3>
 
 Eigen::Vector4d with_arm(const Eigen::Vector3d& arm) { return {1, arm.x(), arm.y(), arm.z()}; }
 
-/// Adds what numbers that couple vertices in all directions alike contribute for shifts and turns; a turn w moves a
-/// vertex by w x arm.
+/// Adds to a block for shifts and turns the contribution of numbers that couple vertices alike in all directions; a
+/// turn w moves a vertex by w x arm.
 /// @param moments sum of the numbers times (1, arm) of both vertices
 template <class Block>
 void add_to(Block& block, const Eigen::Matrix4d& moments) {
@@ -202,7 +202,7 @@ void RigidPatches::restrict_to_patches(Vec vertices, Vec patches) const {
   check(PetscLogFlops(15.0 * tangent_.vertices().owned));
 }
 
-/// Finds the patches of the vertices in reach of this rank's, and makes room for their motions.
+/// Finds the patches of all vertices in reach, and allocates their motions.
 void RigidPatches::number_reach() {
   const Layout& reach = tangent_.reach();
   patch_.resize(reach.local());
@@ -212,7 +212,7 @@ void RigidPatches::number_reach() {
   knows_reach_ = true;
 }
 
-/// How an owned vertex moves with shifts and turns of its patch.
+/// Motions of an owned vertex by shifts and turns of its patch.
 RigidPatches::Motion RigidPatches::of_body(PetscInt vertex) const {
   Motion motion;
   motion << Eigen::Matrix3d::Identity(), -cross_matrix(Eigen::Vector3d(arm_.col(vertex)));
@@ -220,7 +220,7 @@ RigidPatches::Motion RigidPatches::of_body(PetscInt vertex) const {
 }
 
 /// For each patch an orthonormal basis of its rigid motions, shifts and turns of its shape at x, as far as its vertices
-/// may move so: turning a vertex about itself is no motion, and what is held does not move.
+/// may can move so: single vertices do not turn, and held ones do not move.
 void RigidPatches::find_motions(const Field& x) {
   const auto patches = rows_.size();
   centre_.setZero(3, own_patches());
@@ -280,7 +280,7 @@ class RigidPatches::Sum : public HessianTerms {
  public:
   explicit Sum(RigidPatches& patches) : HessianTerms(patches.tangent_.vertices().owned), all_(patches) {}
 
-  /// Forces on a vertex are summed up before their moments are found.
+  /// Sums the forces on a vertex, before their moments are taken.
   void add_block(PetscInt row, PetscInt column, const Eigen::Matrix3d& block) override {
     const PetscInt p = patch(row);
     const PetscInt q = patch(column);
@@ -348,17 +348,17 @@ class RigidPatches::Sum : public HessianTerms {
   void add_numbers(const NumberRows& rows) override {
     const bool has_normals = rows.along != 0;
     for (PetscInt i = 0; i < owned(); ++i) {
-      const auto last = static_cast<std::size_t>(rows.offsets[static_cast<std::size_t>(i) + 1]);
+      const std::size_t last = rows.offsets[static_cast<std::size_t>(i) + 1];
       PetscInt q = -1;
       Eigen::Vector4d sum;  // of the numbers of a patch, times (1, arm)
-      Movement along;       // likewise, times what unit forces along the normals are for the patch
+      Movement along;       // of the numbers, times unit forces along the normals as forces on the patch
       const auto add_sums = [&] {
         add_moments(i, q, sum);
         if (has_normals && q >= 0) {
           add_product(i, q, rows.along * forces_of(rows.normals.vector(i), all_.arm_.col(i)), along);
         }
       };
-      for (auto k = static_cast<std::size_t>(rows.offsets[i]); k < last; ++k) {
+      for (std::size_t k = rows.offsets[i]; k < last; ++k) {
         const PetscInt j = rows.columns[k];
         if (!is_free(i) || !is_free(j)) {
           add_blocks(rows, i, k);
@@ -380,7 +380,7 @@ class RigidPatches::Sum : public HessianTerms {
     }
   }
 
-  /// To be called when there is nothing more to add.
+  /// Completes the sum after the last term.
   void finish() {
     add_forces();
     for (PetscInt p = all_.first_patch_; p < all_.first_patch_ + all_.own_patches(); ++p) {
@@ -412,14 +412,14 @@ class RigidPatches::Sum : public HessianTerms {
   bool is_free(PetscInt vertex) const { return vertex < owned() && !all_.is_bound(vertex); }
   const Eigen::Matrix3d& projector(PetscInt vertex) const { return all_.projector(vertex); }
 
-  /// A force at the end of an arm, and its moment.
+  /// A force with its moment about the start of its arm.
   static Movement forces_of(const Eigen::Vector3d& force, const Eigen::Vector3d& arm) {
     Movement result;
     result << force, arm.cross(force);
     return result;
   }
 
-  /// Half of what a term on a difference contributes at one of its ends alone.
+  /// Half of the contribution of a difference term at one of its ends alone.
   void add_square(PetscInt p, const Eigen::Vector3d& arm, const DifferenceTerm& term) {
     const Movement forces = forces_of(term.direction, arm);
     all_.coarse_block(p, p) += 0.5 * forces * forces.transpose();
@@ -442,7 +442,7 @@ class RigidPatches::Sum : public HessianTerms {
     }
   }
 
-  /// The product of the effect of forces on vertex i on its patch with a row of patch q.
+  /// Adds the effect of the forces on vertex i to the block of its patch with patch q.
   void add_product(PetscInt i, PetscInt q, const Movement& own, const Movement& other) {
     const PetscInt p = patch(i);
     if (p <= q) {
@@ -470,11 +470,11 @@ class RigidPatches::Sum : public HessianTerms {
   Motion forces_ = Motion::Zero();  ///< on the vertex, by motions of the patch
 };
 
-/// Place of a block in its row, which gets it if it has none yet.
+/// Place of a block in its row; the block is added if it is missing.
 std::size_t RigidPatches::place_of(PetscInt row, PetscInt column) {
   CoarseRow& of_patch = this->row(row);
   const auto found = std::find(of_patch.columns.begin(), of_patch.columns.end(), column);
-  const auto place = static_cast<std::size_t>(found - of_patch.columns.begin());
+  const std::size_t place = found - of_patch.columns.begin();
   if (found == of_patch.columns.end()) {
     of_patch.columns.push_back(column);
     of_patch.blocks.push_back(CoarseBlock::Zero());

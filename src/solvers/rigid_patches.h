@@ -25,12 +25,12 @@ inline namespace solvers {
 /// exactly.
 class RigidPatches {
  public:
-  /// Gives the solver's PCMG its levels, before the user's options for them (`mg_levels_`, `mg_coarse_`) are read.
+  /// Sets the levels of the solver's PCMG, before the user's options for them (`mg_levels_`, `mg_coarse_`) are read.
   /// Collective.
-  /// @param tangent from whose matrix the solver is preconditioned
-  /// @param triangles local vertices of each: what joins vertices
-  /// @param patch_size about so many vertices a patch
-  /// @returns none if the solver has another preconditioner. Solver and tangent must outlive the patches.
+  /// @param tangent whose matrix preconditions the solver
+  /// @param triangles local vertices of each triangle, whose edges join vertices
+  /// @param patch_size approximate number of vertices of a patch
+  /// @returns null if the solver has another preconditioner. Solver and tangent must outlive the patches.
   /// @throws Error if the tangent is SBAIJ
   static std::unique_ptr<RigidPatches> of(KSP solver, const Tangent& tangent,
                                           const std::vector<std::array<PetscInt, 3>>& triangles, int patch_size);
@@ -38,18 +38,17 @@ class RigidPatches {
   RigidPatches(const RigidPatches&) = delete;  // PETSc's interpolation points to this object.
   RigidPatches& operator=(const RigidPatches&) = delete;
 
-  /// Whether the iterations of solves with the present coarse level, beyond those of the shortest solve, have cost more
-  /// than a new one would have, or there is none yet. To be asked once after each solve.
+  /// Whether a new coarse level is due (PreconditionerLag::due). To be called once after each solve.
   bool due() { return lag_.due(solver_); }
 
-  /// The next solve gets a new coarse level. Not collective.
+  /// Makes a new coarse level due. Not collective.
   void forget() { lag_.forget(); }
 
-  /// Takes the tangent's present values, which must be positive definite, over to the coarse level. Collective.
+  /// Computes the coarse level from the tangent's present values, which must be positive definite. Collective.
   /// @param x positions at which the tangent was updated [m]
   void renew(const Field& x);
 
-  /// To be called when the tangent has a new pattern, before it has values: the coarse level is to be made again.
+  /// To be called when the tangent has a new pattern, before it has values; the coarse level is then made anew.
   void forget_pattern();
 
  private:
@@ -59,12 +58,12 @@ class RigidPatches {
   using Movement = Eigen::Matrix<double, 6, 1>;  ///< shift and turn of a body, or force and moment on it
   /// Sum of numbers that couple vertices of two patches in all directions alike, times (1, arm) of both vertices.
   using Moments = Eigen::Matrix4d;
-  /// Blocks of a patch's row of the coarse matrix, in the order in which they were met.
+  /// Blocks of a patch's row of the coarse matrix, in order of insertion.
   struct CoarseRow {
     std::vector<PetscInt> columns;  ///< global patches
     std::vector<CoarseBlock> blocks;
-    std::vector<Moments> moments;                      ///< that are to be added to the blocks
-    std::vector<bool> is_idle = std::vector<bool>(6);  ///< for each motion: none, the patch has fewer
+    std::vector<Moments> moments;                      ///< to be added to the blocks
+    std::vector<bool> is_idle = std::vector<bool>(6);  ///< motions beyond the rank of the patch's motions
   };
 
   void set_coarse_solver(PetscInt patches);
@@ -87,29 +86,28 @@ class RigidPatches {
   bool is_own(PetscInt patch) const { return patch >= first_patch_ && patch < first_patch_ + own_patches(); }
   CoarseRow& row(PetscInt patch) { return rows_[patch - first_patch_]; }
   const Eigen::Matrix3d& projector(PetscInt vertex) const { return tangent_.projectors()[vertex]; }
-  bool is_bound(PetscInt vertex) const { return !tangent_.projectors().is_free(static_cast<std::size_t>(vertex)); }
+  bool is_bound(PetscInt vertex) const { return !tangent_.projectors().is_free(vertex); }
   const Gram& basis_of(PetscInt patch) const { return basis_[patch - first_patch_]; }
 
   KSP solver_;
   const Tangent& tangent_;
   std::vector<PetscInt> bound_;  ///< owned vertices that may not move in all directions
-  std::vector<PetscInt> patch_;  ///< global number, of each owned vertex, then of the others in reach
-  PetscInt first_patch_ = 0;     ///< global number of this rank's first
-  bool knows_reach_ = false;     ///< patches of the vertices in reach are known
-  bool has_neighbours_ = false;  ///< any rank has vertices of others in reach
+  std::vector<PetscInt> patch_;  ///< global patch of each owned vertex, then of the others in reach
+  PetscInt first_patch_ = 0;     ///< global number of this rank's first patch
+  bool knows_reach_ = false;     ///< whether patches of the vertices in reach are known
+  bool has_neighbours_ = false;  ///< whether any rank has vertices of others in reach
   Field motions_;                ///< (3 x 6, by columns) of each vertex in reach, if there are neighbours
   std::vector<CoarseRow> rows_;  ///< of this rank's patches
-  // Of this rank's patches, when motions were last found.
+  // Data of this rank's patches, from the last find_motions.
   Eigen::Matrix3Xd centre_;  ///< [m]
-  Eigen::VectorXd count_;    ///< of vertices
+  Eigen::VectorXd count_;    ///< number of vertices
   Eigen::VectorXd radius_;   ///< so that turns and shifts are of like size [m]
   Eigen::Matrix3Xd arm_;     ///< from the patch's centre to each owned vertex, over its radius
   std::vector<Gram> basis_;  ///< coordinates, as shifts and turns, of an orthonormal basis of the motions
-  mutable Eigen::Matrix<double, 6, Eigen::Dynamic>
-      movement_;             ///< of each patch, while it is interpolated or restricted
-  bool is_whole_ = false;    ///< the coarse matrix has all blocks of the rows
-  MatHandle interpolation_;  ///< shell, (3 vertices x 6 patches)
-  MatHandle coarse_;         ///< interpolation^T tangent interpolation
+  mutable Eigen::Matrix<double, 6, Eigen::Dynamic> movement_;  ///< scratch of interpolate and restrict_to_patches
+  bool is_whole_ = false;                                      ///< whether the coarse matrix has all blocks of the rows
+  MatHandle interpolation_;                                    ///< shell, (3 vertices x 6 patches)
+  MatHandle coarse_;                                           ///< interpolation^T tangent interpolation
   KSP coarse_solver_ = nullptr;
   Substructures substructures_;  ///< of the coarse matrix, where ranks share it
   PreconditionerLag lag_;

@@ -17,7 +17,7 @@ namespace {
 
 using ViewerHandle = Handle<PetscViewer, PetscViewerDestroy>;
 
-/// The value of an option, empty: it is not given.
+/// The value of an option; empty if it is not given.
 std::string path_of(const std::string& option) {
   char text[PETSC_MAX_PATH_LEN] = "";
   check(PetscOptionsGetString(nullptr, nullptr, option.c_str(), text, sizeof text, nullptr));

@@ -13,8 +13,7 @@ inline namespace solvers {
 
 namespace {
 
-/// Least force, as a share of the part's force scale, that a residual is compared with: a balloon at rest has no
-/// forces.
+/// Least force scale of a residual, as a share of the part's force scale: a balloon at rest has no forces.
 constexpr double negligible_force = 1e-6;
 
 std::vector<Layout> vertices_of(const std::vector<StepPart*>& parts) {
@@ -33,11 +32,11 @@ StepObjective::StepObjective(const std::vector<StepPart*>& parts, std::vector<Po
     start_ = Field(joined_.layout(), 3);
   }
   MPI_Comm_rank(comm(), &rank_);
-  Projectors projectors(static_cast<std::size_t>(joined_.layout().local()));
+  Projectors projectors(joined_.layout().local());
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     const StepPart& part = *parts_[p];
     for (const PetscInt i : part.projectors().bound()) {
-      projectors.bind(static_cast<std::size_t>(joined_.local(p, i)), part.projectors()[i]);
+      projectors.bind(joined_.local(p, i), part.projectors()[i]);
     }
     for (Potential* potential : part.potentials()) {
       if (parts_.size() == 1) {  // With one part its numbers are those of the whole.
@@ -274,7 +273,7 @@ void StepObjective::update_tangent(Curvature curvature, LowRankSystem& system, d
   }
 }
 
-/// @param left of what is not positive, 0 to 1
+/// Low-rank part of the second derivative. @param left share of the indefinite terms that is kept, 0 to 1
 LowRank StepObjective::dense_tangent(double left) {
   LowRank all(Eigen::SparseMatrix<double>(3 * vertices().owned, columns()), Eigen::VectorXd(columns()));
   std::vector<Eigen::Triplet<double>> entries;

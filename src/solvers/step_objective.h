@@ -14,16 +14,16 @@
 namespace pellicle {
 inline namespace solvers {
 
-/// What an implicit step makes stationary, its gradient and its second derivative: the sum of the parts of objects, and
-/// of what is between them, such as contact.
+/// Energy that an implicit step makes stationary, with gradient and second derivative: the sum of the parts of objects
+/// and of potentials between them, such as contact.
 ///
-/// The unknowns are the positions of the owned vertices of all parts, as in JoinedLayout, then on rank 0 the parts' own
+/// Unknowns are the positions of the owned vertices of all parts, as in JoinedLayout, then on rank 0 the parts' own
 /// unknowns.
 class StepObjective {
  public:
-  /// Collective. All must outlive it.
-  /// @param parts at least one @param between potentials of the positions of all parts, as JoinedLayout has them
-  /// @param type, prefix see Tangent
+  /// Collective. All arguments must outlive this object.
+  /// @param parts at least one @param between potentials of the positions of all parts, in the order of JoinedLayout
+  /// @param type, prefix as for Tangent
   StepObjective(const std::vector<StepPart*>& parts, std::vector<Potential*> between, const Choice<TangentMatrix>& type,
                 const std::string& prefix);
   StepObjective(const StepObjective&) = delete;  // The tangent points to its layout.
@@ -34,62 +34,61 @@ class StepObjective {
     return parts_.size() == 1 ? parts_.front()->triangles() : triangles_;
   }
 
-  /// To be called when all parts have begun a step of length h [s]. @returns whether all held vertices are where the
-  /// step has to take them; if not, the step is too long. Collective.
+  /// Begins a step of length h [s], after all parts. @returns whether all held vertices are at their prescribed places;
+  /// if not, the step is too long. Collective.
   bool begin_step(double h);
-  /// Collective.
+  /// Sets positions and own unknowns of all parts. Collective.
   void move_to(Vec unknowns);
   void write_to(Vec unknowns) const;
-  /// x, ghosts up to date.
+  /// Positions x, ghosts up to date.
   const Field& position() const { return position_; }
 
   /// The energy at x [J]. Collective.
   double value();
   /// Gradient at x, and the rows of the parts' own unknowns. Collective.
   void compute_residual(Vec residual);
-  /// The force that the last residual is compared with [N]: the largest norm of a kind of force of the part that is
-  /// furthest from balance, times the ratio by which less is asked of that part than `rtol` (StepPart::tolerance).
-  /// Collective.
+  /// Force scale of the last residual [N]: the largest norm of a kind of force in the part furthest from balance, times
+  /// the ratio of that part's StepPart::tolerance to `rtol`. Collective.
   double residual_scale(double rtol) const;
-  /// Figures of the volumes that are prescribed, see StepPart. Not collective.
+  /// Data of the prescribed volumes of all parts, as in StepPart. Not collective.
   Eigen::VectorXd excess_volume() const;
   Eigen::VectorXd multiplier() const;
   Eigen::VectorXd pressure_scales() const;
   std::vector<int> prescribed() const;
   /// The norm of the last residual of the positions [N]. Collective.
   double residual_norm() const;
-  /// See StepPart. Not collective.
+  /// Whether elements of any part can turn over. Not collective.
   bool inverts() const;
-  /// See StepPart::inverted. Collective.
+  /// StepPart::inverted, summed over the parts. Collective.
   double inverted(const Field& from, const Field& to) const;
-  /// Changes the descent y of Newton's step from x to x - y, in all unknowns: leaves out what rounding has put into
-  /// directions that are held, and shortens it, see limit_step. Collective.
+  /// Changes the descent y of Newton's step from x to x - y: removes rounding in held directions, and shortens it by
+  /// limit_step. Collective.
   void limit(Vec residual, Vec descent) const;
-  /// See Potential::renew, for all potentials. Collective.
+  /// Potential::renew of all potentials. Collective.
   bool renew();
-  /// See Tangent::move_on.
+  /// Tangent::move_on at x. Collective.
   bool move_on() { return tangent_->move_on(position_); }
 
   const Tangent& tangent() const { return *tangent_; }
-  /// Columns of the low-rank part of the second derivative.
+  /// Number of columns of the low-rank part of the second derivative.
   int columns() const;
-  /// Adds to columns of several parts what joins them, once all of them exist.
-  /// @param first column of each part @param left share that is left out of what is not positive, 0 to 1
+  /// Function that couples columns of several parts, such as gas that flows between objects.
+  /// @param first column of each part @param left share of the indefinite terms that is kept, 0 to 1
   using Joint = std::function<void(LowRank& all, const std::vector<Eigen::Index>& first, double left)>;
   void set_joint(Joint joint) { joint_ = std::move(joint); }
   /// Sets the second derivative at x. Collective.
-  /// @param system of the tangent's matrix, with so many columns
+  /// @param system of the tangent's matrix, with `columns()` columns
   /// @param positive_share of the way from the exact tangent to the positive one (see `blends`)
   void update_tangent(Curvature curvature, LowRankSystem& system, double positive_share = 0);
-  /// Whether the exact tangent can go over to the positive one step by step.
+  /// Whether the exact tangent can be moved towards the positive one by a share.
   bool blends() const;
 
-  /// See StepPart. Not collective.
+  /// Whether RigidPatches suit any part (StepPart::suits_patches). Not collective.
   bool suits_patches() const;
-  /// The part that follows arc length; null: none does. Not collective.
+  /// The part that follows arc length, or null. Not collective.
   StepPart* path() const { return parts_.front()->follows_path() ? parts_.front() : nullptr; }
 
-  /// The largest of the parts'.
+  /// Largest of the parts' scales and roundings.
   double length_scale() const;
   double force_scale() const;
   double rounding() const;
@@ -97,7 +96,7 @@ class StepObjective {
  private:
   MPI_Comm comm() const { return vertices().comm; }
   LowRank dense_tangent(double left);
-  /// Where a part is if the whole is at x.
+  /// Positions of a part if those of all parts are x.
   const Field& place(std::size_t part, const Field& x, std::size_t which = 0) const;
   template <class Of>
   Eigen::VectorXd of_parts(const Of& of) const;
@@ -105,17 +104,17 @@ class StepObjective {
   std::vector<StepPart*> parts_;
   Joint joint_;
   JoinedLayout joined_;
-  std::vector<std::array<PetscInt, 3>> triangles_;  ///< if there are several parts
+  std::vector<std::array<PetscInt, 3>> triangles_;  ///< of all parts, if there are several
   std::vector<std::unique_ptr<Potential>> adapted_;
   std::vector<Potential*> between_;
-  std::vector<Potential*> potentials_;  ///< all of them, of the positions of all parts
+  std::vector<Potential*> potentials_;  ///< of all parts and between them, as functions of all positions
   std::unique_ptr<Tangent> tangent_;
   int rank_ = 0;
-  Field start_;  ///< if there is anything between the parts
+  Field start_;  ///< if there are potentials between the parts
   Field position_;
-  mutable std::vector<std::array<Field, 2>> places_;  ///< of each of several parts, for a moment
-  std::vector<double> squared_residuals_;             ///< of each part, this rank's share of the last residual [N^2]
-  mutable std::vector<double> squares_;               ///< these and those of all forces, for a moment
+  mutable std::vector<std::array<Field, 2>> places_;  ///< scratch: positions of each of several parts
+  std::vector<double> squared_residuals_;             ///< this rank's share of each part's last squared residual [N^2]
+  mutable std::vector<double> squares_;               ///< scratch: these and those of all forces
   Eigen::Matrix3Xd of_between_;                       ///< the gradient of a potential between the parts
 };
 

@@ -20,23 +20,23 @@ class Substructures::Factor {
  public:
   /// @param starts, rows of the upper half of A by columns, inner unknowns first: rows ascend, and the border's are
   /// dense
-  /// @param border numbers of its unknowns in the interface, ascending
+  /// @param border interface numbers of the border's unknowns, ascending
   Factor(const std::vector<int>& starts, const std::vector<int>& rows, std::vector<int> border);
   ~Factor();
   Factor(const Factor&) = delete;
   Factor& operator=(const Factor&) = delete;
 
-  /// Of the upper half, in the order of its rows.
+  /// Values of the upper half of A, in the order of `rows`.
   double* values() { return static_cast<double*>(matrix_->x); }
 
-  /// Takes the present values, and A_bb from the lower half of the interface's matrix. @returns whether A is positive
-  /// definite
+  /// Factorises the present values, with A_bb from the lower half of the interface's matrix. @returns whether A is
+  /// positive definite
   bool renew(const Eigen::MatrixXd& interface);
-  /// A_bi A_ii^-1 A_ib.
+  /// A_bi A_ii^-1 A_ib, its lower half.
   const Eigen::MatrixXd& complement() const { return complement_; }
-  /// @param load on inner unknowns @returns what it does to the border: -A_bi A_ii^-1 load
+  /// @param load on inner unknowns @returns load on the border, -A_bi A_ii^-1 load
   const Eigen::VectorXd& reduce(const Eigen::VectorXd& load);
-  /// @param interface values of all its unknowns @param result A_ii^-1 (load of the last reduction - A_ib border)
+  /// @param interface values of all interface unknowns @param result A_ii^-1 (last load of `reduce` - A_ib border)
   void expand(const Eigen::VectorXd& interface, Eigen::VectorXd& result);
 
  private:
@@ -57,7 +57,7 @@ class Substructures::Factor {
   cholmod_dense* first_workspace_ = nullptr;
   cholmod_dense* second_workspace_ = nullptr;
   std::vector<int> place_;         ///< of each unknown in the factor
-  std::vector<int> at_place_;      ///< which of the border's unknowns, or -1
+  std::vector<int> at_place_;      ///< border unknown at each place in the factor, or -1
   Eigen::MatrixXd border_factor_;  ///< L_bb, rows and columns as in the border: lower only where places ascend along it
   Eigen::MatrixXd complement_;     ///< lower half
   Eigen::VectorXd border_values_;
@@ -72,7 +72,7 @@ Substructures::Factor::Factor(const std::vector<int>& starts, const std::vector<
   common_.print = 0;
   common_.supernodal = CHOLMOD_SUPERNODAL;
   common_.quick_return_if_not_posdef = 1;
-  const auto size = static_cast<std::size_t>(size_);
+  const std::size_t size = size_;
   const auto count = static_cast<std::size_t>(starts.back());
   matrix_ = cholmod_allocate_sparse(size, size, count, 1, 1, 1, CHOLMOD_REAL, &common_);
   load_ = cholmod_zeros(size, 1, CHOLMOD_REAL, &common_);

@@ -13,10 +13,10 @@ namespace pellicle {
 inline namespace solvers {
 
 /// The inverse of a symmetric positive definite matrix whose rows are shared out among ranks, by substructuring
-/// (Przemieniecki, Matrix structural analysis of substructures, AIAA Journal 1, 1963). Each rank factorises what its
-/// inner unknowns are coupled with (RankInterface), by CHOLMOD, and so eliminates them; what is left, a small dense
-/// matrix of the interface's unknowns, every rank factorises whole. Sums over ranks go from the first to the last: the
-/// result does not depend on whose message arrives first.
+/// (Przemieniecki, Matrix structural analysis of substructures, AIAA Journal 1, 1963). Each rank eliminates its inner
+/// unknowns (RankInterface) by CHOLMOD; the Schur complement, a small dense matrix of the interface's unknowns, is
+/// factorised whole on every rank. Sums over ranks go from the first to the last, so that the result does not depend on
+/// the order of messages.
 class Substructures {
  public:
   Substructures();
@@ -24,17 +24,17 @@ class Substructures {
   Substructures(const Substructures&) = delete;  // PETSc's preconditioner points to this object.
   Substructures& operator=(const Substructures&) = delete;
 
-  /// Makes the preconditioner the inverse of its matrix, of type MATAIJ: a PCSHELL, which the user's options may
+  /// Sets a preconditioner to the inverse of its matrix, of type MATAIJ: a PCSHELL, which the user's options may
   /// replace. This object must outlive the preconditioner.
   void precondition(PC pc);
 
   /// To be called when the matrix has a new pattern of entries.
   void forget_pattern();
 
-  /// Takes a matrix' present values. Collective. @returns whether it is positive definite, the same on every rank
+  /// Factorises a matrix's present values. Collective. @returns whether it is positive definite, the same on every rank
   bool renew(Mat matrix);
 
-  /// Collective. @param in, out shared out as the matrix' rows
+  /// Solves with the last factors. Collective. @param in, out distributed like the matrix's rows
   void solve(Vec in, Vec out);
 
  private:
@@ -51,11 +51,11 @@ class Substructures {
   void add_to_interface(const Entries& entries, double factor);
 
   RankInterface interface_;
-  std::vector<PetscInt> place_;  ///< of each entry of this rank's rows, where it goes, or -1: nowhere
+  std::vector<PetscInt> place_;  ///< target of each entry of this rank's rows; -1: unused
   std::unique_ptr<Factor> inner_factor_;
   Entries entries_;         ///< of the matrix
-  Entries complements_;     ///< what the elimination of the inner unknowns takes off
-  Eigen::MatrixXd matrix_;  ///< of the interface, its lower half, then its Cholesky factor
+  Entries complements_;     ///< subtracted by the elimination of the inner unknowns
+  Eigen::MatrixXd matrix_;  ///< lower half of the interface's matrix, then its Cholesky factor
   std::vector<double> gathered_;
   Eigen::VectorXd inner_values_;
   Eigen::VectorXd interface_values_;

@@ -18,8 +18,8 @@ inline namespace solvers {
 
 namespace {
 
-/// Share of the diagonal's mean that a positive tangent has in addition. It makes the tangent definite where the
-/// potentials alone leave motions free, and changes no other motion.
+/// Share of the diagonal's mean that is added to a positive tangent: it makes motions definite that the potentials
+/// leave free, and hardly changes others.
 constexpr double definite_share = 1e-6;
 
 /// Adds the blocks of pairs to places; pairs of place -1 are left out.
@@ -84,7 +84,7 @@ class Diagonal : public HessianTerms {
 
   void add_numbers(const NumberRows& rows) override {
     for (std::size_t i = 0; i < blocks_.size(); ++i) {
-      const auto first = static_cast<std::size_t>(rows.offsets[i]);
+      const std::size_t first = rows.offsets[i];
       if (rows.offsets[i] < rows.offsets[i + 1] && rows.columns[first] == static_cast<PetscInt>(i)) {
         blocks_[i] += rows.block(static_cast<PetscInt>(i), first);
       }
@@ -137,7 +137,7 @@ bool Tangent::move_on(const Field& x) {
   return renew_pattern();
 }
 
-/// Includes the vertices beyond the local ones that owned ones are coupled with, and their projectors.
+/// Adds to the reach all vertices that owned vertices are coupled with, and their projectors.
 void Tangent::extend_reach(const std::vector<std::vector<VertexPair>>& patterns) {
   reach_ = vertices_;
   numbers_ = LocalNumbers(reach_);
@@ -162,7 +162,7 @@ void Tangent::extend_reach(const std::vector<std::vector<VertexPair>>& patterns)
     projectors.update_ghosts();
     projectors_.resize(reach_.local());
     for (PetscInt i = vertices_.local(); i < reach_.local(); ++i) {
-      projectors_.bind(static_cast<std::size_t>(i), projectors.values().col(i).reshaped(3, 3));
+      projectors_.bind(i, projectors.values().col(i).reshaped(3, 3));
     }
   }
   any_constrained_ = on_any_rank(vertices_.comm, !projectors_.bound().empty());
@@ -297,7 +297,7 @@ void Tangent::update(const Field& x, Curvature curvature) {
   }
 }
 
-/// Gives held directions the mean of the diagonal, and a positive tangent a little of it everywhere.
+/// Adds the mean of the diagonal in held directions, and `definite_share` of it everywhere to a positive tangent.
 void Tangent::hold(Curvature curvature) {
   make_diagonal();
   double sum = 0;
@@ -311,8 +311,7 @@ void Tangent::hold(Curvature curvature) {
   }
   for (const PetscInt i : projectors_.bound()) {
     if (i < owned()) {
-      const auto vertex = static_cast<std::size_t>(i);
-      diagonal_[vertex] += (held_ - definite_) * (Eigen::Matrix3d::Identity() - projectors_[vertex]);
+      diagonal_[i] += (held_ - definite_) * (Eigen::Matrix3d::Identity() - projectors_[i]);
     }
   }
 }
@@ -323,16 +322,15 @@ double Tangent::mean_of_diagonal(double own_sum) const {
 }
 
 void Tangent::assemble(Curvature curvature) {
-  const auto vertices = static_cast<std::size_t>(owned());
+  const std::size_t vertices = owned();
   const auto diagonal_block = [&](std::size_t vertex) -> Eigen::Matrix3d& {
     return rows_.blocks[rows_.diagonal[vertex]];
   };
   if (any_constrained_ || curvature == Curvature::positive) {
     double trace = 0;
     for (std::size_t i = 0; i < vertices; ++i) {
-      for (auto k = static_cast<std::size_t>(rows_.offsets[i]); k < static_cast<std::size_t>(rows_.offsets[i + 1]);
-           ++k) {
-        const auto j = static_cast<std::size_t>(rows_.local_columns[k]);
+      for (std::size_t k = rows_.offsets[i]; k < static_cast<std::size_t>(rows_.offsets[i + 1]); ++k) {
+        const std::size_t j = rows_.local_columns[k];
         rows_.blocks[k] = (projectors_[i] * rows_.blocks[k] * projectors_[j]).eval();
       }
       trace += diagonal_block(i).trace();
@@ -343,7 +341,7 @@ void Tangent::assemble(Curvature curvature) {
     }
     for (const PetscInt i : projectors_.bound()) {
       if (i < owned()) {
-        const auto vertex = static_cast<std::size_t>(i);
+        const std::size_t vertex = i;
         diagonal_block(vertex) += held * (Eigen::Matrix3d::Identity() - projectors_[vertex]);
       }
     }
@@ -352,7 +350,7 @@ void Tangent::assemble(Curvature curvature) {
   check(MatSetOption(matrix_, MAT_ROW_ORIENTED, PETSC_FALSE));
   for (std::size_t i = 0; i < vertices; ++i) {
     const PetscInt row = vertices_.first + static_cast<PetscInt>(i);
-    const auto first = static_cast<std::size_t>(rows_.offsets[i]);
+    const std::size_t first = rows_.offsets[i];
     check(MatSetValuesBlocked(matrix_, 1, &row, rows_.offsets[i + 1] - rows_.offsets[i], rows_.columns.data() + first,
                               rows_.blocks[first].data(), INSERT_VALUES));
   }
@@ -360,9 +358,8 @@ void Tangent::assemble(Curvature curvature) {
 
 void Tangent::visit(HessianTerms& terms) const {
   for (PetscInt i = 0; i < owned(); ++i) {
-    const auto row = static_cast<std::size_t>(i);
-    for (auto k = static_cast<std::size_t>(rows_.offsets[row]); k < static_cast<std::size_t>(rows_.offsets[row + 1]);
-         ++k) {
+    const std::size_t row = i;
+    for (std::size_t k = rows_.offsets[row]; k < static_cast<std::size_t>(rows_.offsets[row + 1]); ++k) {
       terms.add_block(i, rows_.local_columns[k], rows_.blocks[k]);
     }
     if (definite_ > 0) {
@@ -427,7 +424,7 @@ void Tangent::give_inverse_blocks(const PetscScalar** values) {
   *values = inverse_.empty() ? nullptr : inverse_.front().data();
 }
 
-/// Product of the potentials' Hessian, in the directions that are free.
+/// Product of the shell: P H P and the terms of `hold`.
 void Tangent::multiply(Vec in, Vec out) {
   const double* w = nullptr;
   double* y = nullptr;
@@ -445,9 +442,8 @@ void Tangent::multiply(Vec in, Vec out) {
   }
   for (PetscInt i = 0; i < owned(); ++i) {
     Eigen::Vector3d sum = definite_ * argument(i);
-    const auto row = static_cast<std::size_t>(i);
-    for (auto k = static_cast<std::size_t>(rows_.offsets[row]); k < static_cast<std::size_t>(rows_.offsets[row + 1]);
-         ++k) {
+    const std::size_t row = i;
+    for (std::size_t k = rows_.offsets[row]; k < static_cast<std::size_t>(rows_.offsets[row + 1]); ++k) {
       sum.noalias() += rows_.blocks[k] * argument(rows_.local_columns[k]);
     }
     product_.col(i) << sum, 0;

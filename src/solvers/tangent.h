@@ -25,35 +25,34 @@ inline const std::vector<std::string>& names_of(TangentMatrix) {
 /// potentials that do not multiply themselves.
 class Tangent {
  public:
-  /// Makes pattern and matrix. Collective. @param vertices and potentials must outlive it
+  /// Makes pattern and matrix. Collective. @param vertices and potentials must outlive the tangent
   /// @param projectors of the local vertices @param prefix of the options of the matrix, such as "prism_"
   Tangent(const Layout& vertices, std::vector<Potential*> potentials, Projectors projectors,
           const Choice<TangentMatrix>& type, const std::string& prefix);
   Tangent(const Tangent&) = delete;  // PETSc's matrix points to this object.
   Tangent& operator=(const Tangent&) = delete;
 
-  /// If the sum of the potentials' pattern versions has changed, makes the rows anew: `matrix` stays the same object,
+  /// Makes the rows anew if the sum of the potentials' pattern versions has changed: `matrix` stays the same object,
   /// without values, but preconditioners and copies made from it become useless. Collective.
-  /// @returns whether it has
+  /// @returns whether the pattern has changed
   bool renew_pattern();
-  /// Calls Potential::move_on of the potentials at the position of Newton's method, and renews the pattern. Collective.
+  /// Calls Potential::move_on of the potentials at Newton's iterate x, and renews the pattern. Collective.
   bool move_on(const Field& x);
 
-  /// Renews the pattern and sets the values. With the curvature `positive` the matrix is positive definite: in addition
-  /// to the potentials' part a millionth of the diagonal's mean is on the diagonal. Collective.
+  /// Renews the pattern and sets the values. With the curvature `positive` the matrix is positive definite, as a
+  /// millionth of the diagonal's mean is added to the diagonal. Collective.
   void update(const Field& x, Curvature curvature);
 
   Mat matrix() const { return matrix_; }
 
   const Layout& vertices() const { return vertices_; }
   TangentMatrix type() const { return type_; }
-  /// The vertices, and as additional ghosts those that owned ones are coupled with beyond; for the present pattern.
+  /// The vertices, with further ghosts for all that owned vertices are coupled with in the present pattern.
   const Layout& reach() const { return reach_; }
-  /// Of the vertices of `reach()`.
+  /// Projectors of the vertices of `reach()`.
   const Projectors& projectors() const { return projectors_; }
-  /// Passes on the owned vertices' rows, as last updated, with vertices of `reach()`. A block may come several times;
-  /// then it is to be summed. For sbaij half of the blocks come. What holds directions in which vertices may not move
-  /// may be left out or not. Not collective.
+  /// Passes on the owned vertices' rows, as last updated, with vertices of `reach()`. Blocks that come several times
+  /// are to be summed. For sbaij half of the blocks come. Terms in held directions may come or not. Not collective.
   void visit(HessianTerms& terms) const;
 
  private:
@@ -62,14 +61,14 @@ class Tangent {
     std::vector<PetscInt> offsets{0};     ///< first block of each row, (owned + 1)
     std::vector<PetscInt> columns;        ///< global vertex of each block
     std::vector<PetscInt> local_columns;  ///< vertex of each block in `reach_`
-    std::vector<PetscInt> diagonal;  ///< block of each owned vertex with itself; of a shell -1 where none is stored
+    std::vector<PetscInt> diagonal;       ///< block of each owned vertex with itself; shell: -1 if none is stored
     std::vector<Eigen::Matrix3d> blocks;  ///< [N/m]
   };
   struct Part {
     Potential* potential;
     bool multiplies = false;       ///< of a shell
-    std::vector<PetscInt> places;  ///< of each pair of its pattern: block in `rows_`, or -1; empty if it multiplies
-    /// If it multiplies and has no terms, of each pair of its pattern: both vertices in `reach_`, or -1 for the row of
+    std::vector<PetscInt> places;  ///< block in `rows_` of each pair of the pattern, or -1; empty if it multiplies
+    /// For a potential that multiplies without terms, both vertices in `reach_` of each pair of its pattern; row -1: of
     /// another rank.
     std::vector<std::array<PetscInt, 2>> pairs;
   };
@@ -84,7 +83,7 @@ class Tangent {
   void copy_diagonal(Vec out);
   void give_inverse_blocks(const PetscScalar** values);
   void multiply(Vec in, Vec out);
-  /// Of all ranks; 1 where every direction is held. Collective. @param own_sum of the diagonal of the owned vertices
+  /// Mean of the diagonal over all ranks; 1 if it is 0. Collective. @param own_sum of the owned vertices' diagonal
   double mean_of_diagonal(double own_sum) const;
   void hold(Curvature curvature);
   bool is_shell() const { return type_ == TangentMatrix::shell; }
@@ -94,25 +93,25 @@ class Tangent {
   std::vector<Part> parts_;
   Choice<TangentMatrix> type_;
   std::string prefix_;
-  PetscInt version_ = 0;  ///< of the pattern: the sum of the potentials'
+  PetscInt version_ = 0;  ///< sum of the potentials' pattern versions
 
-  Layout reach_;                  ///< the vertices, and as further ghosts those that are coupled with owned ones beyond
+  Layout reach_;                  ///< see reach()
   LocalNumbers numbers_;          ///< in `reach_`
   Projectors projectors_;         ///< see projectors()
   bool any_constrained_ = false;  ///< on any rank
 
   Rows rows_;
   double held_ = 0;                        ///< s of a shell [N/m]
-  double definite_ = 0;                    ///< what a positive shell has on its diagonal in addition [N/m]
-  Field argument_;                         ///< of a product of the shell, (4 x reach), see TermProduct
-  Eigen::Matrix4Xd product_;               ///< likewise, (4 x local)
+  double definite_ = 0;                    ///< added to the diagonal of a positive shell [N/m]
+  Field argument_;                         ///< of a product of the shell, for TermProduct (4 x reach)
+  Eigen::Matrix4Xd product_;               ///< of the shell, for TermProduct (4 x local)
   Eigen::Matrix3Xd dense_argument_;        ///< (3 x reach), for potentials that multiply without terms
-  Eigen::Matrix3Xd dense_product_;         ///< likewise, (3 x local)
-  std::vector<Eigen::Matrix3d> diagonal_;  ///< of the shell's owned vertices, when last asked for
-  bool has_diagonal_ = false;              ///< whether it is that of the last update
-  std::vector<Eigen::Matrix3d> inverse_;   ///< of these blocks, when last asked for
+  Eigen::Matrix3Xd dense_product_;         ///< their products (3 x local)
+  std::vector<Eigen::Matrix3d> diagonal_;  ///< of the shell's owned vertices, when last computed
+  bool has_diagonal_ = false;              ///< whether `diagonal_` is that of the last update
+  std::vector<Eigen::Matrix3d> inverse_;   ///< inverses of these blocks, when last computed
   MatHandle matrix_;
-  PetscObjectState pattern_state_ = 0;  ///< PETSc's count of patterns, by which preconditioners know of a new one
+  PetscObjectState pattern_state_ = 0;  ///< PETSc's count of patterns, by which preconditioners detect a new one
 };
 
 }  // namespace solvers

@@ -40,7 +40,7 @@ TangentFactor::TangentFactor(const Tangent& tangent, const LowRankSystem& system
   make_stoppable(solver_);
 }
 
-/// Which vertices are inner ones, and factors for them and for the interface.
+/// Finds inner vertices and interface, and makes their factors.
 void TangentFactor::make_pattern() {
   const Layout& reach = tangent_.reach();
   const PetscInt end = reach.first + reach.owned;
@@ -121,7 +121,7 @@ void TangentFactor::make_pattern() {
   });
 }
 
-/// Takes over the tangent's present values.
+/// Copies the tangent's present values to the factors' entries.
 void TangentFactor::fill() {
   const Layout& reach = tangent_.reach();
   auto target = targets_.begin();
@@ -142,7 +142,7 @@ void TangentFactor::fill() {
   tangent_.visit(blocks);
 }
 
-/// Of all ranks, from the first to the last. Collective.
+/// Sum over all ranks, from the first to the last. Collective.
 Eigen::MatrixXd TangentFactor::sum_of_ranks(const Eigen::MatrixXd& own) const {
   const std::vector<double> all =
       of_all_ranks(tangent_.vertices().comm, std::vector<double>(own.data(), own.data() + own.size()));

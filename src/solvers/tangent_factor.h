@@ -26,25 +26,24 @@ inline namespace solvers {
 ///
 ///     In(M) = In(T) + In(-C^-1 - G^T T^-1 G) = In(-C^-1) + In(A).
 ///
-/// Of columns that are held C^-1 is 0: then M is A's, and the inertia A's, where x is orthogonal to them.
+/// For held columns C^-1 is 0, and the inertia is that of A on the space orthogonal to them.
 ///
-/// Of several ranks each eliminates its inner vertices, and what is left of T, on the interface between them, every
-/// rank factorises by itself, as in Substructures: the result of MUMPS across ranks depends on which message arrives
-/// first, and would differ in its last digits from run to run. T's inertia is the sum of those of all the parts' D.
+/// Each of several ranks eliminates its inner vertices, and every rank factorises the Schur complement of the interface
+/// by itself, as in Substructures: MUMPS across ranks depends on the order of messages, so that results would differ in
+/// their last digits from run to run. T's inertia is the sum of those of all parts' D.
 class TangentFactor {
  public:
-  /// To be called when a run begins that may need a factor. @throws Error if MUMPS is to order by PORD on several
-  /// ranks, which ends the program on some matrices with a border
+  /// Checks the options at the beginning of a run that may need a factor. @throws Error if MUMPS is to order by PORD on
+  /// several ranks, which crashes on some matrices with a border
   static void check_options(MPI_Comm comm, const std::string& prefix);
 
-  /// Collective. @param tangent of which T is the matrix, not a shell. Both must outlive the factor.
+  /// Collective. @param tangent whose matrix is T, not a shell; tangent and system must outlive the factor
   /// @param prefix of options, such as "prism_": of MUMPS (`-prism_mat_mumps_icntl_7`) and of the iterations
   TangentFactor(const Tangent& tangent, const LowRankSystem& system, const std::string& prefix);
   TangentFactor(const TangentFactor&) = delete;  // PETSc's preconditioner points to this object.
   TangentFactor& operator=(const TangentFactor&) = delete;
 
-  /// Factorises the present values. Collective. @returns how many eigenvalues of A are negative, or nothing where it is
-  /// singular
+  /// Factorises the present values. Collective. @returns number of negative eigenvalues of A; none if it is singular
   std::optional<int> renew();
 
   /// To be called when the tangent has a new pattern.
@@ -54,7 +53,7 @@ class TangentFactor {
   KSP solver() const { return solver_; }
 
  private:
-  /// Where a block of T goes.
+  /// Matrix to which a block of T belongs.
   enum class Target { none, inner, interface };
 
   static PetscErrorCode apply_callback(PC pc, Vec in, Vec out);
@@ -71,11 +70,11 @@ class TangentFactor {
   RankInterface interface_;      ///< of vertices
   std::unique_ptr<MumpsFactor> inner_factor_;
   std::unique_ptr<InterfaceFactor> interface_factor_;
-  std::vector<double> own_entries_;  ///< this rank's, of the interface's matrix
+  std::vector<double> own_entries_;  ///< this rank's entries of the interface's matrix
   Gatherer all_entries_;
   Eigen::VectorXd values_;                       ///< of the inner vertices, then of their border
-  Eigen::VectorXd interface_values_;             ///< of all its vertices
-  Eigen::MatrixXd influence_;                    ///< T^-1 G of the columns that count, rows of the owned vertices
+  Eigen::VectorXd interface_values_;             ///< of all vertices of the interface
+  Eigen::MatrixXd influence_;                    ///< T^-1 G of the used columns, rows of the owned vertices
   Eigen::PartialPivLU<Eigen::MatrixXd> border_;  ///< of C^-1 + G^T T^-1 G
   KspHandle solver_;
 };

@@ -27,14 +27,14 @@ void multiply_differences(const std::vector<DifferenceTerm>& terms, const double
   }
 }
 
-/// Of all four rows.
+/// Product of rows of numbers with all four components.
 void multiply_numbers(const NumberRows& rows, const double* w, double* y) {
   for (std::size_t i = 0; i + 1 < rows.offsets.size(); ++i) {
     const Eigen::Vector4d own = ConstVector4(w + 4 * i);
     Eigen::Vector4d sum = Eigen::Vector4d::Zero();
-    const auto end = static_cast<std::size_t>(rows.offsets[i + 1]);
-    for (auto k = static_cast<std::size_t>(rows.offsets[i]); k < end; ++k) {
-      const auto j = static_cast<std::size_t>(rows.columns[k]);
+    const std::size_t end = rows.offsets[i + 1];
+    for (std::size_t k = rows.offsets[i]; k < end; ++k) {
+      const std::size_t j = rows.columns[k];
       sum += rows.entries[k] * ConstVector4(w + 4 * j);
       if (j != i) {
         Vector4(y + 4 * j) += rows.entries[k] * own;
@@ -46,7 +46,7 @@ void multiply_numbers(const NumberRows& rows, const double* w, double* y) {
 
 #if defined(__x86_64__)
 
-/// Sums up what vertex a gets from the terms that follow one another with it.
+/// Product of difference terms; sums up the force on vertex a over consecutive terms with the same a.
 [[gnu::target("avx2,fma")]] void multiply_differences_fast(const std::vector<DifferenceTerm>& terms, const double* w,
                                                            double* y) {
   const __m256i three = _mm256_set_epi64x(0, -1, -1, -1);
@@ -76,8 +76,8 @@ void multiply_numbers(const NumberRows& rows, const double* w, double* y) {
   for (PetscInt i = 0; i < owned; ++i) {
     const __m256d own = _mm256_loadu_pd(w + 4 * i);
     __m256d sum = _mm256_setzero_pd();
-    auto k = static_cast<std::size_t>(rows.offsets[i]);
-    const auto end = static_cast<std::size_t>(rows.offsets[static_cast<std::size_t>(i) + 1]);
+    std::size_t k = rows.offsets[i];
+    const std::size_t end = rows.offsets[static_cast<std::size_t>(i) + 1];
     if (k < end && rows.columns[k] == i) {
       sum = _mm256_mul_pd(_mm256_broadcast_sd(&rows.entries[k]), own);
       ++k;
@@ -114,7 +114,7 @@ void TermProduct::add_differences(const std::vector<DifferenceTerm>& terms) {
   check(PetscLogFlops(23.0 * static_cast<double>(terms.size())));
 }
 
-/// The fourth row has the components along the normals, for which the numbers are the same.
+/// The fourth row holds the components along normals, which the same numbers multiply.
 void TermProduct::add_numbers(const NumberRows& rows) {
   static const auto multiply = has_fast() ? multiply_numbers_fast : multiply_numbers;
   const bool has_normals = rows.along != 0;

@@ -5,15 +5,13 @@
 namespace pellicle {
 inline namespace solvers {
 
-/// Multiplies a vector with the terms that it takes.
+/// Multiplies the terms of a Hessian with a vector.
 ///
-/// Vectors of the local vertices are rows of four numbers, which processors read at once: x, y, z, and one in which
-/// products along normals are summed up.
+/// Vectors have four numbers for each local vertex, one vector register: x, y, z, and one for products along normals.
 class TermProduct : public HessianTerms {
  public:
-  /// @param owned, local numbers of vertices @param factor (4 x local), whose last row is overwritten
-  /// @param product (4 x local), to which products are added; for vertices that are not owned they are only parts of
-  /// the sum
+  /// @param owned, local numbers of vertices @param factor (4 x local); its last row is overwritten
+  /// @param product (4 x local), to which products are added; for ghosts these are only parts of the sum
   TermProduct(PetscInt owned, PetscInt local, double* factor, double* product)
       : HessianTerms(owned), local_(local), factor_(factor), product_(product) {}
 

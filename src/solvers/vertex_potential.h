@@ -10,15 +10,15 @@
 namespace pellicle {
 inline namespace solvers {
 
-/// Potential energy of what acts on one vertex, with derivatives by its position.
+/// Potential energy of one vertex, with derivatives by its position.
 struct PointPotential {
   double value = 0;                                    ///< [J]
   Eigen::Vector3d gradient = Eigen::Vector3d::Zero();  ///< minus the force [N]
   Eigen::Matrix3d hessian = Eigen::Matrix3d::Zero();   ///< positive semi-definite [N/m]
 };
 
-/// A sum over single vertices, sum_i f(i, x_i). Nothing here communicates.
-/// @tparam Function of an owned vertex and its position [m], gives a PointPotential
+/// Potential sum_i f(i, x_i) over single vertices, without communication.
+/// @tparam Function called with an owned vertex and its position [m], returns a PointPotential
 template <class Function>
 class VertexPotential : public Potential {
  public:

@@ -15,31 +15,30 @@
 namespace pellicle {
 inline namespace state {
 
-/// Where a field lives: on each particle, cell (element of a membrane) or spring, or once on the object: either with
-/// the same value on every rank, or as a sum of which every rank has a part.
+/// Location of a field: on each particle, cell (element of a membrane) or spring, or once on the object, either with
+/// the same value on every rank, or as a sum of parts of all ranks.
 enum class Item { particle, cell, spring, object, sum };
 
-/// Whether frames show a field: not, as it is, or as the mean of a particle and its surroundings in the other layer.
+/// Whether frames show a field: not, its values, or the mean of a particle and its surroundings in the other layer.
 enum class Drawn { no, yes, of_both_layers };
 
-/// What a field is, and what is done with it. All fields are restored when a step fails, and are compared.
+/// Properties of a field. All fields are restored when a step fails, and are compared.
 struct FieldDeclaration {
   std::string name;
   std::string unit;  ///< SI; empty for a pure number
   Item item = Item::particle;
   Drawn drawn = Drawn::no;
-  /// It follows from other fields whenever items have moved or have been read: it is neither moved nor kept in
-  /// checkpoints.
+  /// Whether the field follows from others after items have moved or been read: it is neither moved nor in checkpoints.
   bool follows = false;
-  /// It is an amount of an item as a whole, such as a mass: when an item is divided each part gets its share.
+  /// Whether the field is an amount, such as a mass: if an item is divided each part gets a share.
   bool is_amount = false;
 };
 
-/// All that changes in an object from step to step, each field declared once. Rollback, compaction, checkpoints, frames
-/// and comparison use the declarations: whatever is declared here takes part in them.
+/// The state of an object that changes from step to step, each field declared once. Rollback, compaction, checkpoints,
+/// frames and comparison use all declared fields.
 ///
-/// Doubles with ghosts on particles are Fields; other values on local items are vectors, item after item; what an
-/// object has once is a number or a vector. Addresses stay when the registry is moved.
+/// Doubles with ghosts on particles are Fields; other values on local items are vectors, item after item; values once
+/// on the object are a number or a vector. Addresses stay valid when the registry is moved.
 class FieldRegistry {
  public:
   using Storage = std::variant<Field*, std::vector<double>*, std::vector<PetscInt>*, std::vector<bool>*,
@@ -49,7 +48,7 @@ class FieldRegistry {
     int components = 1;  ///< of an item
     Storage storage;
   };
-  /// How many items this rank has.
+  /// Numbers of items of this rank.
   struct Extent {
     PetscInt owned = 0;
     PetscInt local = 0;
@@ -60,11 +59,11 @@ class FieldRegistry {
   FieldRegistry(FieldRegistry&&) = default;
   FieldRegistry(const FieldRegistry&) = delete;
   /// Copies all values, ghosts included, of fields on the same items; declares fields that the other has and this one
-  /// lacks. Collective if it declares any. @throws std::logic_error when the other lacks a field, or has it in another
+  /// lacks. Collective if it declares any. @throws std::logic_error if the other lacks a field, or has it in another
   /// size
   FieldRegistry& operator=(const FieldRegistry& other);
 
-  /// Declares a field and makes room for it: zeros, or false. Collective for a Field.
+  /// Declares and allocates a field of zeros, or false. Collective for a Field.
   /// @param components of an item; of a vector on the object its size
   template <class Values>
   Values& add(FieldDeclaration declaration, int components = 1) {
@@ -73,34 +72,34 @@ class FieldRegistry {
     declare(std::move(declaration), values, components);
     return values;
   }
-  /// Declares a field that is a part of something owned.
+  /// Declares a field that is a part of an object made by `own`.
   template <class Values>
   void declare(FieldDeclaration declaration, Values& values, int components = 1) {
     entries_.push_back({std::move(declaration), components, &values});
   }
-  /// Holds something that is not of one field alone; its parts must be declared.
+  /// Makes and owns an object that is more than one field; its parts must be declared.
   template <class Value, class... Arguments>
   Value& own(Arguments&&... arguments) {
     auto value = std::make_shared<Value>(std::forward<Arguments>(arguments)...);
     owned_.push_back(value);
     return *value;
   }
-  /// Takes over from the registry of the same object on other items: declares fields that the other has and this one
-  /// lacks, and copies what the object has once. Collective.
+  /// Takes over from the registry of the same object on other items: declares fields that only the other has, and
+  /// copies values once on the object. Collective.
   void take_over(const FieldRegistry& other);
 
   const std::vector<Entry>& entries() const { return entries_; }
-  /// The field of this name, or null.
+  /// The field of a name, or null.
   const Entry* find(const std::string& name) const;
 
-  // What moves with an item, or is kept: one record for each item, of all its fields that do not follow from others.
+  // Records of items for moves and checkpoints: all fields of an item that do not follow from others.
 
   /// Bytes of the record of a particle or cell.
   std::size_t record_size(Item item) const;
   /// Writes the record of a local item. @param record (record_size)
-  /// @param share of the item that the record is for: amounts are multiplied by it
+  /// @param share of the item in the record, by which amounts are multiplied
   void pack(Item item, PetscInt local, std::byte* record, double share = 1) const;
-  /// Reads such a record.
+  /// Sets the fields of a local item from a record.
   void unpack(Item item, PetscInt local, const std::byte* record);
 
  private:
@@ -124,12 +123,12 @@ template <class Values>
 constexpr bool is_on_items = std::is_same_v<Values, Field> || std::is_same_v<Values, std::vector<double>> ||
                              std::is_same_v<Values, std::vector<PetscInt>> || std::is_same_v<Values, std::vector<bool>>;
 
-/// Type in which a number of these values is stored: a flag is a byte.
+/// Stored type of a number of a field: a flag is a byte.
 template <class Values>
 using Kept = std::conditional_t<std::is_same_v<Values, std::vector<bool>>, unsigned char,
                                 std::conditional_t<std::is_same_v<Values, std::vector<PetscInt>>, PetscInt, double>>;
 
-/// A number of a field on items, by its place among those of all local items.
+/// A number of a field on items, by its place among the numbers of all local items.
 template <class Values>
 decltype(auto) number(Values& values, std::size_t place) {
   if constexpr (std::is_same_v<std::remove_const_t<Values>, Field>) {
@@ -158,8 +157,8 @@ void for_each_on_items(const FieldRegistry& fields, Item item, const Visit& visi
 /// All numbers of a field, ghosts included, as doubles. Not collective.
 std::vector<double> numbers_of(const FieldRegistry::Entry& entry);
 
-/// The largest difference of two numbers of a field, divided by the largest number of the field in either registry; 1
-/// for a field of integers or flags as soon as one differs. 0 for equal ones, and for none.
+/// For each field the largest difference of two numbers over the largest number in either registry; 1 for integers or
+/// flags if one differs; 0 for equal or no numbers.
 /// @throws std::logic_error if the registries have different fields. Not collective.
 std::vector<std::pair<std::string, double>> differences(const FieldRegistry& one, const FieldRegistry& other);
 

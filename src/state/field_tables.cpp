@@ -34,7 +34,7 @@ void write_items(Hdf5File& file, const std::string& group, const FieldRegistry& 
   });
 }
 
-/// Reads the fields of the local items. Collective. @param ids of them
+/// Reads the fields of the local items. Collective. @param ids of the local items
 void read_items(const Hdf5File& file, const std::string& group, FieldRegistry& fields, Item item,
                 const std::vector<PetscInt>& ids) {
   file.require_equal_rows(group + (item == Item::particle ? "/particles" : "/cells"));
@@ -49,7 +49,7 @@ void read_items(const Hdf5File& file, const std::string& group, FieldRegistry& f
   });
 }
 
-/// Reads what the object has once, and its sums. Collective.
+/// Reads the values once on the object, and the sums. Collective.
 void read_object_fields(const Hdf5File& file, const std::string& group, FieldRegistry& fields) {
   int rank = 0;
   int ranks = 1;
@@ -92,11 +92,11 @@ void read_object_fields(const Hdf5File& file, const std::string& group, FieldReg
   }
 }
 
-// What a field is, as a line: item, kind of its values, components, whether it is drawn, unit or -, name.
+// A field's declaration as a line: item, kind of its values, components, whether it is drawn, unit or -, name.
 
 const std::array<const char*, 5> item_names{"particle", "cell", "spring", "object", "sum"};
 const std::array<const char*, 3> drawn_names{"no", "yes", "of_both_layers"};
-/// In the order of FieldRegistry::Storage.
+/// Names of the kinds of values, in the order of FieldRegistry::Storage.
 const std::array<const char*, 7> kind_names{"field", "doubles", "integers", "flags", "vector", "double", "integer"};
 
 std::string declarations_of(const FieldRegistry& fields) {

@@ -24,7 +24,7 @@ namespace {
 
 static_assert(sizeof(long long) == sizeof(hid_t));
 
-/// An identifier of HDF5 that is closed with its scope.
+/// An HDF5 identifier that is closed with its scope.
 class Id {
  public:
   Id(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
@@ -94,7 +94,7 @@ hid_t memory_space(long long own, int columns) {
   return space;
 }
 
-/// How a table is stored: integers, which repeat or count up, are compressed, unless they are few.
+/// Storage properties of a table: integers, which repeat or count up, are compressed, unless they are few.
 hid_t table_layout(hid_t type, const std::array<hsize_t, 2>& size) {
   constexpr hsize_t rows_of_a_chunk = 16384;
   const hid_t layout = H5Pcreate(H5P_DATASET_CREATE);
@@ -147,15 +147,15 @@ void Hdf5File::close() {
   agree(flushed && closed && kept, "cannot be written");
 }
 
-/// @throws Error, on all ranks, unless all have succeeded. Collective.
+/// Checks the success of all ranks. Collective. @throws Error, on all ranks, unless all have succeeded
 void Hdf5File::agree(bool succeeded, const std::string& what) const {
   if (on_any_rank(comm_, !succeeded)) {
     throw Error(path_ + ": " + what);
   }
 }
 
-/// Refuses what would make the file larger than files may be: HDF5 could not close it, and would end the process when
-/// it closes what is left open. Collective. @param bytes of a table to be written
+/// Refuses a table that would make the file larger than files may be: HDF5 could not close it, and would abort the
+/// process at its exit. Collective. @param bytes of the table
 void Hdf5File::require_room(long long bytes) {
   constexpr long long of_structure = 2048;  // at most, of what describes a table
   rlimit limit{};
@@ -240,7 +240,7 @@ std::vector<std::string> Hdf5File::names(const std::string& group) const {
   return result;
 }
 
-/// @returns an identifier to close. @throws Error where there is no such table, which all ranks find
+/// Opens a table. @returns an identifier to close. @throws Error, on all ranks, if there is no such table
 long long Hdf5File::open_table(const std::string& name) const {
   const hid_t table = has(name) ? H5Dopen2(file_, name.c_str(), H5P_DEFAULT) : -1;
   if (table < 0) {
@@ -365,7 +365,7 @@ unsigned long file_checksum(MPI_Comm comm, const std::string& path, long long by
     std::vector<unsigned char> part(1 << 20);
     long long place = first;
     while (place < end) {
-      const auto wanted = static_cast<std::size_t>(std::min<long long>(end - place, 1 << 20));
+      const std::size_t wanted = std::min<long long>(end - place, 1 << 20);
       const ssize_t count = pread(file, part.data(), wanted, static_cast<off_t>(place));
       if (count <= 0) {
         break;

@@ -9,34 +9,33 @@
 namespace pellicle {
 inline namespace state {
 
-/// A file of HDF5 that all ranks write, or read, together: tables of numbers, the rows of rank 0 first, then those of
-/// rank 1, and so on. A rank may have no rows. Each table keeps its check sum (CRC-32) as the attribute `crc32`.
-/// Parallel HDF5 over MPI-IO, whose handles stay in here because VTK links another HDF5.
+/// An HDF5 file that all ranks write, or read, together: tables of numbers, the rows of rank 0 first, then those of
+/// rank 1, and so on. A rank may have no rows. Each table has its check sum (CRC-32) as the attribute `crc32`. Parallel
+/// HDF5 over MPI-IO; its handles are private because VTK links another HDF5.
 class Hdf5File {
  public:
   enum class Mode { create, read };
 
-  /// Collective. @throws Error, on all ranks, when the file cannot be made or is no such file
+  /// Collective. @throws Error, on all ranks, if the file cannot be made or is no such file
   Hdf5File(MPI_Comm comm, std::string path, Mode mode);
-  /// Closes the file, if it has not been closed, whether or not everything was written. Collective.
+  /// Closes the file, unless it has been closed, even if tables are missing. Collective.
   ~Hdf5File();
   Hdf5File(const Hdf5File&) = delete;
   Hdf5File& operator=(const Hdf5File&) = delete;
 
-  /// Closes the file and makes sure that it is on the disk. Collective. @throws Error, on all ranks, when it cannot be
-  /// written
+  /// Closes the file and flushes it to the disk. Collective. @throws Error, on all ranks, if it cannot be written
   void close();
 
   MPI_Comm comm() const { return comm_; }
   const std::string& path() const { return path_; }
 
-  /// Writes a table. Number is double, int or unsigned char. Collective.
+  /// Writes a table of double, int or unsigned char. Collective.
   /// @param name with its groups, "objects/sheet/cells/id"; the groups are made
   /// @param rows of this rank, row after row
   /// @throws Error, on all ranks
   template <class Number>
   void write(const std::string& name, const std::vector<Number>& rows, int columns = 1);
-  /// Writes a table of which rank 0 has all rows: what is the same on every rank. Collective.
+  /// Writes a table with all rows from rank 0, for data that are equal on all ranks. Collective.
   template <class Number>
   void write_once(const std::string& name, const std::vector<Number>& rows);
   /// Collective.
@@ -45,17 +44,17 @@ class Hdf5File {
   void write_lines(const std::string& name, const std::vector<std::string>& lines);
 
   bool has(const std::string& name) const;
-  /// Names of what a group has, in their order.
+  /// Names of the members of a group, in their order.
   std::vector<std::string> names(const std::string& group) const;
-  /// Rows of a table, of all ranks.
+  /// Number of rows of a table, of all ranks.
   long long rows(const std::string& name) const;
   int columns(const std::string& name) const;
 
-  /// @throws Error, on all ranks, unless the tables of a group have as many rows as its table `id`
+  /// Checks a group. @throws Error, on all ranks, unless its tables have as many rows as its table `id`
   void require_equal_rows(const std::string& group) const;
 
-  /// Reads this rank's share of a table: the rows, in their order, are dealt to the ranks in equal parts. Collective.
-  /// @throws Error, on all ranks, when the table is not there, has other columns or numbers, or is damaged
+  /// Reads this rank's share of a table: the ranks get equal numbers of rows, in their order. Collective.
+  /// @throws Error, on all ranks, if the table is missing, has other columns or numbers, or is damaged
   template <class Number>
   std::vector<Number> read(const std::string& name, int columns = 1) const;
   /// Reads all of a table on every rank. Collective.
@@ -64,7 +63,7 @@ class Hdf5File {
   std::string read_text(const std::string& name) const;
   std::vector<std::string> read_lines(const std::string& name) const;
 
-  /// First row of a rank's share, of so many rows in all.
+  /// First row of a rank's share of a table.
   static long long first_of_share(long long rows, int rank, int ranks) { return rows * rank / ranks; }
 
  private:
@@ -82,7 +81,7 @@ class Hdf5File {
   int rank_ = 0;
   int ranks_ = 1;
   long long file_ = -1;
-  long long written_ = 0;  ///< bytes that the tables written so far take at most
+  long long written_ = 0;  ///< upper bound of the bytes of the tables written so far
 };
 
 /// CRC-32 of a file's first bytes, read by all ranks together. Collective. @throws Error, on all ranks

@@ -24,7 +24,7 @@ std::vector<int> ranks_of(MPI_Comm comm, const std::vector<PetscInt>& ids) {
   return result;
 }
 
-/// The last rank whose first id is not larger than each of these ids. Collective.
+/// For each wanted id the last rank whose first id is not larger. Collective.
 /// @param ids of this rank's rows, which ascend over all ranks
 std::vector<int> holders(MPI_Comm comm, const std::vector<PetscInt>& ids, const std::vector<PetscInt>& wanted) {
   const PetscInt none = std::numeric_limits<PetscInt>::max();

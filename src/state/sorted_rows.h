@@ -9,32 +9,32 @@
 namespace pellicle {
 inline namespace state {
 
-/// Sends rows to where they belong in the order of their ids: the rows of the least ids go to rank 0, and so on. Ranks
-/// may have none, before and after.
+/// Sorts rows by their ids over all ranks: those of the least ids go to rank 0, and so on. Ranks may have none, before
+/// and after.
 class SortedRows {
  public:
   /// Collective. @param ids of this rank's rows, unique over all ranks, not negative
   SortedRows(MPI_Comm comm, const std::vector<PetscInt>& ids);
 
-  /// The rows of this rank in that order. Collective.
+  /// The rows of this rank after sorting. Collective.
   Records sorted(const Records& rows) const { return route_.send(rows).of_items(order_); }
-  /// The same with values of a plain type, `columns` for each row.
+  /// Sorts values of a plain type, `columns` for each row.
   template <class Value>
   std::vector<Value> sorted(const std::vector<Value>& values, int columns = 1) const {
     return sorted(Records::of(values, count_, static_cast<std::size_t>(columns))).template as<Value>();
   }
 
  private:
-  PetscInt count_;  ///< of the rows before
+  PetscInt count_;  ///< number of this rank's rows before sorting
   Route route_;
-  std::vector<PetscInt> order_;  ///< of what arrives
+  std::vector<PetscInt> order_;  ///< of the arriving rows
 };
 
-/// Fetches the rows of the ids that this rank wants; other ranks may want the same ones.
+/// Fetches rows by their ids from other ranks; several ranks may fetch the same row.
 class RowsOfIds {
  public:
   /// Collective. @param ids of the rows of this rank; they ascend over all ranks
-  /// @throws Error, on all ranks, when there is no row of an id
+  /// @throws Error, on all ranks, if there is no row of an id
   RowsOfIds(MPI_Comm comm, const std::vector<PetscInt>& ids, const std::vector<PetscInt>& wanted);
 
   /// The values of the wanted ids. Collective.
@@ -46,9 +46,9 @@ class RowsOfIds {
   }
 
  private:
-  PetscInt count_;  ///< of the rows of this rank
+  PetscInt count_;  ///< number of this rank's rows
   Route route_;
-  std::vector<PetscInt> asked_;  ///< rows of this rank
+  std::vector<PetscInt> asked_;  ///< this rank's rows that others fetch
 };
 
 }  // namespace state

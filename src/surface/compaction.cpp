@@ -14,9 +14,7 @@ inline namespace surface {
 
 namespace {
 
-std::vector<bool> all_cells(const Sheet& sheet) {
-  return std::vector<bool>(static_cast<std::size_t>(sheet.elements.owned), true);
-}
+std::vector<bool> all_cells(const Sheet& sheet) { return std::vector<bool>(sheet.elements.owned, true); }
 
 /// @param rows of all elements of a surface
 void split(MeshRows& rows, const SplitCorners& corners, const Records& copies) {

@@ -42,7 +42,7 @@ template <class Value>
 std::vector<Value> picked(const std::vector<Value>& values, const std::vector<PetscInt>& items) {
   std::vector<Value> result;
   for (const PetscInt item : items) {
-    result.push_back(values[static_cast<std::size_t>(item)]);
+    result.push_back(values[item]);
   }
   return result;
 }
@@ -63,7 +63,7 @@ CellGraph cell_graph(const std::vector<PetscInt>& corners, PetscInt count) {
   return graph;
 }
 
-/// Splits a graph that rank 0 has with a partitioner of PETSc. Collective.
+/// Splits a graph on rank 0 with a partitioner of PETSc. Collective.
 /// @returns on rank 0 the part of each cell
 std::vector<int> partition_with_petsc(MPI_Comm comm, CellGraph graph, const std::string& type) {
   int ranks = 1;
@@ -93,8 +93,8 @@ std::vector<int> partition_with_petsc(MPI_Comm comm, CellGraph graph, const std:
   return part;
 }
 
-/// Which rank is to get each cell of this rank. Rank 0 gets the graph of the cells, in the order of their ids, and
-/// their loads, and nothing else about them. Collective.
+/// Target rank of each cell of this rank. Only the graph of the cells, in the order of their ids, and their loads are
+/// gathered on rank 0. Collective.
 std::vector<int> find_parts(MPI_Comm comm, const MeshRows& rows, const SheetOptions& options) {
   int ranks = 1;
   MPI_Comm_size(comm, &ranks);
@@ -104,7 +104,7 @@ std::vector<int> find_parts(MPI_Comm comm, const MeshRows& rows, const SheetOpti
     own_ids.push_back(cell.id);
   }
   const std::vector<PetscInt> ids = to_root.send(own_ids);
-  const auto count = static_cast<std::size_t>(rows.corners);
+  const std::size_t count = rows.corners;
   const std::vector<PetscInt> corner_ids =
       to_root.send(Records::of(rows.cell_corners, static_cast<PetscInt>(rows.cells.size()), count)).as<PetscInt>();
   const std::vector<PetscInt> order = ordered_by(to_root.arrivals(), [&ids](PetscInt cell) { return ids[cell]; });
@@ -128,7 +128,7 @@ std::vector<int> find_parts(MPI_Comm comm, const MeshRows& rows, const SheetOpti
   return to_root.send_back(part);
 }
 
-/// Cells with all that is known about them, row by row.
+/// Cells with all their data, row by row.
 struct CellTable {
   Records points;
   Records corners;  ///< ids
@@ -149,10 +149,10 @@ struct CellTable {
   }
 };
 
-/// The rank that keeps track of who has a vertex.
+/// The rank that records which ranks hold a vertex.
 int home_of(PetscInt id, int ranks) { return static_cast<int>(id % ranks); }
 
-/// Where own cells must go as the next layer round the cells of other ranks. Collective.
+/// Ranks to which own cells go as the next layer round the cells of these ranks. Collective.
 /// @param held vertices of the cells that this rank has, without repeats
 /// @param corners ids of the own cells' corners, `count` each
 /// @returns pairs of a rank and an own cell
@@ -162,7 +162,7 @@ std::set<std::pair<int, PetscInt>> next_layer(MPI_Comm comm, const std::vector<P
   MPI_Comm_size(comm, &ranks);
   struct Meeting {
     PetscInt vertex;
-    int rank;  ///< that has it, too
+    int rank;  ///< another holder of the vertex
   };
   std::vector<int> homes;
   for (const PetscInt vertex : held) {
@@ -199,14 +199,14 @@ std::set<std::pair<int, PetscInt>> next_layer(MPI_Comm comm, const std::vector<P
   return wanted;
 }
 
-/// The different numbers among these, in ascending order.
+/// The distinct numbers in ascending order.
 std::vector<PetscInt> without_repeats(std::vector<PetscInt> numbers) {
   std::sort(numbers.begin(), numbers.end());
   numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
   return numbers;
 }
 
-/// The place of each id in a list, by the id.
+/// Finds the place of an id in a list.
 class Places {
  public:
   explicit Places(const std::vector<PetscInt>& ids) {
@@ -217,7 +217,7 @@ class Places {
   }
 
   PetscInt at(PetscInt id) const { return place_.at(id); }
-  /// -1: it is not among them
+  /// Place of an id, or -1.
   PetscInt find(PetscInt id) const {
     const auto found = place_.find(id);
     return found == place_.end() ? -1 : found->second;
@@ -228,8 +228,8 @@ class Places {
   std::pmr::unordered_map<PetscInt, PetscInt> place_{&pool_};
 };
 
-/// Whether the vertices of a cell are far from each other in the order of all: on average by more than a few rows of a
-/// square of as many.
+/// Whether vertices of cells are far from each other in the order of all: on average by more than a few rows of a
+/// square mesh of the same size.
 /// @param corners numbers of the vertices of the cells, `count` each
 bool are_scattered(const std::vector<PetscInt>& corners, int count, std::size_t vertices) {
   constexpr double rows = 4;
@@ -243,7 +243,7 @@ bool are_scattered(const std::vector<PetscInt>& corners, int count, std::size_t 
 
 /// Orders the cells, and the vertices, so that those near each other on the surface are near each other in the order.
 /// @param corners numbers of the vertices of the cells, `count` each
-/// @param vertices ids of all of them; they are put in the new order
+/// @param vertices ids of all vertices, put in the new order
 /// @returns the cells in the new order
 std::vector<PetscInt> order_by_nearness(const std::vector<PetscInt>& corners, int count,
                                         std::vector<PetscInt>& vertices) {
@@ -271,7 +271,7 @@ std::vector<PetscInt> order_by_nearness(const std::vector<PetscInt>& corners, in
   return order;
 }
 
-/// What the rank that keeps track of a vertex tells those that hold it.
+/// Message to the holders of a vertex from the rank that records them.
 struct VertexRow {
   MeshRows::Point point;
   int owner;
@@ -329,9 +329,9 @@ std::vector<int> fetch_vertices(MPI_Comm comm, const std::vector<PetscInt>& held
   return to_home.send_back(picked(owner, chosen));
 }
 
-/// The numbers that the owners have given to vertices that this rank holds. Collective.
+/// The owners' numbers of vertices that this rank holds. Collective.
 /// @param ids and owners of vertices that other ranks own
-/// @param own ids of those that this rank owns, in the order of their numbers
+/// @param own ids of the vertices that this rank owns, in the order of their numbers
 std::vector<PetscInt> numbers_of_owners(MPI_Comm comm, const std::vector<PetscInt>& ids, const std::vector<int>& owners,
                                         const std::vector<PetscInt>& own) {
   const Places number(own);
@@ -343,7 +343,7 @@ std::vector<PetscInt> numbers_of_owners(MPI_Comm comm, const std::vector<PetscIn
   return to_owner.send_back(answers);
 }
 
-/// A layout with these ghosts. Collective.
+/// A layout with given ghosts. Collective.
 Layout layout_with(MPI_Comm comm, PetscInt owned, const std::vector<Owner>& ghosts) {
   Layout layout = number_owned(comm, owned);
   const std::vector<PetscInt> first = of_all_ranks(comm, std::vector<PetscInt>{layout.first});
@@ -359,7 +359,7 @@ Distribution::Distribution(MPI_Comm comm, MeshRows rows, int layers, Numbering n
     : comm_(comm), rows_(std::move(rows)) {
   int rank = 0;
   MPI_Comm_rank(comm, &rank);
-  const auto count = static_cast<std::size_t>(rows_.corners);
+  const std::size_t count = rows_.corners;
   if (!on_any_rank(comm, !rows_.part.empty())) {
     rows_.part = find_parts(comm, rows_, options);
   }
@@ -480,7 +480,7 @@ Records Distribution::particle_data(const std::vector<PetscInt>& points) const {
 }
 
 std::vector<int> Distribution::find_pieces(std::vector<bool>& is_closed) const {
-  const auto held = static_cast<std::size_t>(cells().end);
+  const std::size_t held = cells().end;
   const auto sides = static_cast<std::size_t>(rows_.corners);
   std::vector<PetscInt> least(held);
   for (std::size_t cell = 0; cell < held; ++cell) {
@@ -498,7 +498,7 @@ std::vector<int> Distribution::find_pieces(std::vector<bool>& is_closed) const {
         const std::size_t cell = front.back();
         front.pop_back();
         for (std::size_t side = sides * cell; side < sides * (cell + 1); ++side) {
-          const auto beyond = static_cast<std::size_t>(opposite_[side] / rows_.corners);
+          const std::size_t beyond = opposite_[side] / rows_.corners;
           if (opposite_[side] >= 0 && least[beyond] > least[cell]) {
             least[beyond] = least[cell];
             front.push_back(beyond);
@@ -517,7 +517,7 @@ std::vector<int> Distribution::find_pieces(std::vector<bool>& is_closed) const {
     }
   }
 
-  const auto owned = static_cast<std::size_t>(cell_layout_.owned);
+  const std::size_t owned = cell_layout_.owned;
   std::set<PetscInt> ids(least.begin(), least.begin() + static_cast<std::ptrdiff_t>(owned));
   const std::vector<PetscInt> all_ids = of_all_ranks(comm_, std::vector<PetscInt>(ids.begin(), ids.end()));
   ids.insert(all_ids.begin(), all_ids.end());

@@ -15,16 +15,16 @@
 namespace pellicle {
 inline namespace surface {
 
-// What shells and membranes share in distributing a mesh over the ranks. Internal to surface.
+// Distribution of a mesh over the ranks, for shells and membranes. Internal to surface.
 
-/// In what order a rank numbers the cells that it owns, and their vertices.
+/// Order in which a rank numbers its owned cells and their vertices.
 enum class Numbering {
-  by_nearness,            ///< along fronts (reverse Cuthill-McKee): what is near on the surface is near in memory
-  by_id_unless_scattered  ///< by their ids; by nearness if these put the vertices of a cell far from each other
+  by_nearness,            ///< along fronts (reverse Cuthill-McKee): near on the surface is near in memory
+  by_id_unless_scattered  ///< by ids; by nearness if ids put the vertices of cells far from each other
 };
 
 /// A mesh distributed over the ranks. Its points are the cells and vertices that this rank holds, its own and those of
-/// the layers of cells round them: cells first, and of each kind the own ones first.
+/// the layers of cells round them: cells before vertices, and owned before others.
 ///
 /// A vertex belongs to the last rank that owns a cell at it. All numbers depend only on the cells, their ids and their
 /// ranks, and not on where the rows were before.
@@ -36,7 +36,7 @@ class Distribution {
     PetscInt end = 0;
   };
 
-  /// Vertices without cells are dropped. Collective.
+  /// Distributes a mesh; drops vertices without cells. Collective.
   /// @param layers of neighbours' cells, where neighbours have a vertex in common
   /// @throws Error if no row describes a corner of a cell
   Distribution(MPI_Comm comm, MeshRows rows, int layers, Numbering numbering, const SheetOptions& options);
@@ -57,11 +57,11 @@ class Distribution {
   MeshRows::Point& data(PetscInt point) { return const_cast<MeshRows::Point&>(std::as_const(*this).data(point)); }
   /// Gives the owners' data of all points to the ranks that have them as ghosts. Collective.
   void update_data();
-  /// The numbers that the mesh has for a cell, in the order of `fields`.
+  /// Values of a cell in the mesh's fields, in the order of `fields`.
   const double* field_values(PetscInt cell) const {
     return rows_.field_values.data() + static_cast<std::size_t>(cell) * rows_.fields.size();
   }
-  /// The names of all groups, and the numbers of those that a point is in.
+  /// The names of all groups, and the numbers of the groups of a point.
   const std::vector<std::string>& groups() const { return rows_.groups; }
   const std::vector<int>& groups_of(PetscInt point) const { return rows_.group_sets[data(point).group_set]; }
   /// The data that moved with cells.
@@ -86,10 +86,10 @@ class Distribution {
 
   /// The numbering of the cells.
   const Layout& cell_layout() const { return cell_layout_; }
-  /// Numbers these points; the owned ones must come first. Collective.
+  /// A layout of points, of which the owned ones come first. Collective.
   Layout layout(const std::vector<PetscInt>& points) const;
-  /// Makes particles of these cells and vertices; the owned ones must come first. Sets everything except `is_lattice`
-  /// and `cell_count`. Collective.
+  /// Sets the particles of a surface to cells and vertices, of which the owned ones come first. Sets everything except
+  /// `is_lattice` and `cell_count`. Collective.
   void fill(Surface& set, const std::vector<PetscInt>& points) const;
 
  private:
@@ -99,7 +99,7 @@ class Distribution {
   MeshRows rows_;  ///< the cells and vertices held; without cell_corners and part
   Layout cell_layout_;
   Layout vertex_layout_;
-  std::vector<PetscInt> corners_;   ///< points, of the cells, as many for each
+  std::vector<PetscInt> corners_;   ///< vertices of the cells, as points, the same number for each
   std::vector<PetscInt> opposite_;  ///< of each side
 };
 

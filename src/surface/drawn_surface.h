@@ -12,16 +12,16 @@ inline namespace surface {
 /// A point of the drawn surface: a weighted mean of particles.
 struct DrawnPoint {
   std::array<PetscInt, 4> particles{};  ///< local numbers
-  std::array<double, 4> weights{};      ///< sum 1; 0 for particles that do not count
-  std::int64_t id = 0;                  ///< persistent; negative where the surface is cut
-  bool is_owned = true;                 ///< false for points that another rank counts
-  /// Lattice particle of the virtual centre of which the point has this share, a quarter of it in each of the weights.
-  /// A centre's texture coordinates are those of its lattice particle, also beside a seam.
+  std::array<double, 4> weights{};      ///< sum 1; 0 for unused entries
+  std::int64_t id = 0;                  ///< persistent; negative for a point on a cut
+  bool is_owned = true;                 ///< false if another rank counts the point
+  /// Lattice particle of a quad's centre in which the point has the share `centre_share`, a quarter of it in each
+  /// weight. Texture coordinates of a centre are those of its lattice particle, also beside a seam.
   PetscInt lattice = 0;
-  double centre_share = 0;  ///< 0 where there is none
+  double centre_share = 0;  ///< 0: no share in a centre
 };
 
-/// What a rank draws of a surface: what is left of its owned elements.
+/// A rank's part of the drawn surface: the living triangles of its owned elements.
 struct DrawnSurface {
   std::vector<DrawnPoint> points;
   std::vector<std::array<PetscInt, 3>> triangles;  ///< point numbers

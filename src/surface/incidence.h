@@ -44,7 +44,7 @@ struct Incidence {
   }
 
   Range operator[](PetscInt particle) const {
-    const auto i = static_cast<std::size_t>(particle);
+    const std::size_t i = particle;
     return {items.data() + offsets[i], items.data() + offsets[i + 1]};
   }
 };

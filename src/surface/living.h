@@ -8,11 +8,11 @@
 namespace pellicle {
 inline namespace surface {
 
-/// What is left of a surface that burns or tears, without renumbering it: the springs that still hold and the drawn
-/// triangles that are still there, at least in part. A spring lives as long as one of the triangles that share it; a
-/// green one dies when the side that it crosses cracks. See SpringRule for what else kills one.
+/// The living parts of a surface that burns or tears, without renumbering: springs that hold, and drawn triangles that
+/// exist at least in part. A spring lives as long as one of the triangles that share it; a green one dies when the side
+/// that it crosses cracks. SpringRule has further criteria.
 struct Living {
-  /// At first everything lives.
+  /// Everything is living.
   explicit Living(const Surface& surface);
 
   std::array<std::vector<bool>, 4> springs;  ///< local springs of each colour, ghosts up to date
@@ -22,7 +22,7 @@ struct Living {
   std::vector<bool> cracked;
 };
 
-/// Which local particles have a local spring that lives; all springs of owned particles are local. Not collective.
+/// Whether each local particle has a living local spring; all springs of owned particles are local. Not collective.
 std::vector<bool> particles_with_springs(const Surface& surface, const Living& living);
 
 }  // namespace surface

@@ -13,12 +13,12 @@ inline namespace surface {
 
 /// A distributed triangle mesh: the middle surface of a balloon, as flat arrays. Its particles are the vertices.
 ///
-/// Local elements: the triangles of this rank, then those of other ranks that have a vertex which this rank owns. So a
-/// rank can sum all that acts on its vertices without asking others; all vertices of local elements are local.
+/// Local elements: the triangles of this rank, then those of other ranks with a vertex that this rank owns. So a rank
+/// sums all forces on its vertices without communication. All vertices of local elements are local.
 struct Membrane : Surface {
   Eigen::Matrix2Xd element_uv;  ///< mean of the texture coordinates of the corners of each local element, or no columns
   std::map<std::string, std::vector<double>> element_fields;  ///< SurfaceMesh::face_fields of the local elements
-  Groups element_groups;  ///< local elements of the groups that have some here, rising
+  Groups element_groups;  ///< local elements of groups, ascending; groups without any are left out
 };
 
 /// Distributes a triangle mesh over the ranks of `comm`, with one layer of overlap. Vertices and elements that are near
@@ -27,7 +27,7 @@ struct Membrane : Surface {
 /// @param mesh checked triangles (see triangulated); only rank 0's is read
 Membrane make_membrane(MPI_Comm comm, const SurfaceMesh& mesh, const SheetOptions& options);
 
-/// A membrane, and the data that came with its particles and elements.
+/// A membrane with the data of its particles and elements.
 struct LoadedMembrane {
   Membrane membrane;
   Records particles;  ///< of the local particles, ghosts up to date
@@ -38,7 +38,7 @@ struct LoadedMembrane {
 /// triangles, their ids and their ranks. Collective.
 LoadedMembrane make_membrane(MPI_Comm comm, MeshRows rows, const SheetOptions& options);
 
-/// Gives a membrane what it needs to burn: masses, and its edges. Collective.
+/// Sets the data of a membrane for burning: masses and edges. Collective.
 /// @param element_mass of the local elements [kg]
 void set_burnable(Membrane& membrane, std::vector<double> element_mass);
 

@@ -22,7 +22,7 @@ inline Edges edges_of(const double* positions, const std::array<PetscInt, 3>& tr
   return {Position(positions + 3 * triangle[1]) - x1, Position(positions + 3 * triangle[2]) - x1};
 }
 
-/// Undeformed area round each local vertex: a third of the triangles that it belongs to [m^2]. Collective.
+/// Undeformed area round each local vertex: a third of the triangles at it [m^2]. Collective.
 std::vector<double> vertex_areas(const Membrane& membrane);
 
 }  // namespace surface

@@ -44,7 +44,7 @@ MeshRows own_rows_of(const SurfaceMesh& mesh) {
     MeshRows::Point& centre = rows.cells.emplace_back();
     centre.id = mesh.id_of_face(static_cast<int>(cell));
     for (std::size_t k = 0; k < face.size(); ++k) {
-      const auto vertex = static_cast<std::size_t>(face[k]);
+      const std::size_t vertex = face[k];
       rows.cell_corners.push_back(rows.vertices[vertex].id);
       if (!mesh.uv.empty()) {
         const Eigen::Vector2d& uv = mesh.uv[cell][k];
@@ -112,7 +112,7 @@ void set_groups(MPI_Comm comm, MeshRows& rows, const Groups& vertices, const Gro
     for (std::size_t number = 0; number < rows.groups.size(); ++number) {
       const auto group = groups.find(rows.groups[number]);
       for (const PetscInt member : group == groups.end() ? std::vector<PetscInt>{} : group->second) {
-        const auto row = static_cast<std::size_t>(member);
+        const std::size_t row = member;
         if (row < sets.size() && (sets[row].empty() || sets[row].back() != static_cast<int>(number))) {
           sets[row].push_back(static_cast<int>(number));
         }
@@ -122,7 +122,7 @@ void set_groups(MPI_Comm comm, MeshRows& rows, const Groups& vertices, const Gro
   };
   const Sets of_vertices = sets_of(rows.vertices, vertices);
   const Sets of_cells = sets_of(rows.cells, cells);
-  // Each row is sent with one number, however many groups it is in.
+  // Each row is sent with one number for all its groups.
   std::map<std::vector<int>, PetscInt> number_of_set{{{}, 0}};
   std::vector<int> sent;  // of each set its size, then its groups
   for (const Sets* sets : {&of_vertices, &of_cells}) {

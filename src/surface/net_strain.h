@@ -22,25 +22,25 @@ inline bool is_of_net(Colour colour) {
   return std::find(net_colours.begin(), net_colours.end(), colour) != net_colours.end();
 }
 
-/// How far springs are from their target lengths l: their strain is d/l - 1 at the length d.
+/// Strains d/l - 1 of springs of length d and target length l.
 struct NetStrain {
   double largest = 0;                               ///< |d/l - 1| of the living springs of the net
-  Colour colour = Colour::blue;                     ///< of the spring that has it
-  std::array<PetscInt, 2> ids{-1, -1};              ///< persistent ids of its ends; -1: no spring of the net lives
-  Eigen::Vector3d place = Eigen::Vector3d::Zero();  ///< of its middle [m]
-  double mean = 0;                                  ///< of |d/l - 1| over the springs that carry load, of all colours
+  Colour colour = Colour::blue;                     ///< of the spring with the largest strain
+  std::array<PetscInt, 2> ids{-1, -1};              ///< persistent ids of this spring's ends; -1: no living spring
+  Eigen::Vector3d place = Eigen::Vector3d::Zero();  ///< of this spring's middle [m]
+  double mean = 0;                                  ///< of |d/l - 1| over load-bearing springs of all colours
   std::array<double, 4> largest_of{};               ///< of each colour; 0 where none lives or acts
-  std::array<double, 4> rms_of{};                   ///< likewise
+  std::array<double, 4> rms_of{};                   ///< root mean square of each colour
 };
 
-/// If strains are equal, the spring of the least ids counts. Collective.
+/// Strains of a sheet; among equal largest strains that of the spring with the least ids. Collective.
 /// @param x positions of the local particles [m]
 /// @param target_length l of the local springs of each colour [m]
-/// @param bears whether each owned spring of each colour counts for the mean, if it lives and acts
+/// @param bears whether each owned spring of each colour, if it lives and acts, is in the mean
 NetStrain net_strain(const Sheet& sheet, const Field& x, const std::array<std::vector<double>, 4>& target_length,
                      const Living& living, const std::array<std::vector<bool>, 4>& bears);
 
-/// The same, where all springs that live and act count for the mean.
+/// Strains of a sheet, with all springs that live and act in the mean.
 inline NetStrain net_strain(const Sheet& sheet, const Field& x, const std::array<std::vector<double>, 4>& target_length,
                             const Living& living) {
   return net_strain(sheet, x, target_length, living, living.springs);

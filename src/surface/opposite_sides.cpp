@@ -23,14 +23,13 @@ std::vector<PetscInt> opposite_sides(const std::vector<PetscInt>& corners, std::
   std::vector<PetscInt> opposite(corners.size(), -1);
   for (std::size_t side = 0; side < corners.size(); ++side) {
     const auto [lesser, greater] = ends(side);
-    const auto corner = static_cast<std::size_t>(lesser);
-    for (std::size_t i = first[corner]; i < next[corner]; ++i) {
+    for (std::size_t i = first[lesser]; i < next[lesser]; ++i) {
       if (ends(sides[i]).second == greater) {
         opposite[side] = static_cast<PetscInt>(sides[i]);
         opposite[sides[i]] = static_cast<PetscInt>(side);
       }
     }
-    sides[next[corner]++] = side;
+    sides[next[lesser]++] = side;
   }
   return opposite;
 }

@@ -13,10 +13,10 @@ inline namespace surface {
 
 namespace {
 
-/// For each local particle the least persistent id of the particles that living springs join to it, -1 if none lives.
+/// For each local particle the least persistent id among the particles that living springs connect with it, or -1.
 /// Collective.
 std::vector<PetscInt> connected_parts(const Surface& surface, const Living& living) {
-  DisjointSets sets(static_cast<std::size_t>(surface.particles.local()));
+  DisjointSets sets(surface.particles.local());
   for (const Colour colour : all_colours) {
     const std::vector<std::array<PetscInt, 2>>& ends = surface.of(colour).ends;
     const std::vector<bool>& lives = living.springs[static_cast<std::size_t>(colour)];
@@ -27,22 +27,21 @@ std::vector<PetscInt> connected_parts(const Surface& surface, const Living& livi
     }
   }
 
-  // A set takes the least id of its members, a member that of its set, a ghost that of its owner, until all agree.
+  // Sets get the least id of their members, members that of their set, ghosts that of their owner, until all agree.
   const std::vector<bool> has_springs = particles_with_springs(surface, living);
   const PetscInt owned = surface.particles.owned;
   const PetscInt local = surface.particles.local();
   std::vector<PetscInt> least(has_springs.size(), std::numeric_limits<PetscInt>::max());
   std::vector<std::size_t> set_of(has_springs.size());
   for (PetscInt i = 0; i < local; ++i) {
-    const auto k = static_cast<std::size_t>(i);
+    const std::size_t k = i;
     set_of[k] = sets.find(k);
     least[set_of[k]] = std::min(least[set_of[k]], surface.persistent_id[k]);
   }
   std::vector<PetscInt> part(has_springs.size());
   for (bool changed = true; changed;) {
     for (PetscInt i = 0; i < owned; ++i) {
-      const auto k = static_cast<std::size_t>(i);
-      part[k] = has_springs[k] ? least[set_of[k]] : -1;
+      part[i] = has_springs[i] ? least[set_of[i]] : -1;
     }
     update_ghosts(surface.particles, part);
     changed = false;
@@ -59,8 +58,7 @@ std::vector<PetscInt> connected_parts(const Surface& surface, const Living& livi
   return part;
 }
 
-/// The parts into which a piece has fallen: for each piece, and each part by its least persistent id, the number of
-/// particles.
+/// Number of particles of each part of each piece; parts are identified by their least persistent id.
 using PartSizes = std::map<PetscInt, std::map<PetscInt, PetscInt>>;
 
 /// The sizes of the parts over all ranks. Collective.
@@ -92,7 +90,7 @@ std::size_t Pieces::place_of(PetscInt id) const {
 Pieces initial_pieces(const Surface& surface) {
   Pieces pieces;
   pieces.of_particle = connected_parts(surface, Living(surface));
-  // The surface begins as the parts of one piece, which itself gets no id.
+  // The initial pieces are found as parts of one piece, whose id is not used.
   const PartSizes sizes = part_sizes(surface, pieces.of_particle, std::vector<PetscInt>(pieces.of_particle.size(), 0));
   std::unordered_map<PetscInt, PetscInt> id_of_part{{-1, -1}};
   for (const auto& [whole, parts] : sizes) {

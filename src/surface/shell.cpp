@@ -18,7 +18,7 @@ inline namespace surface {
 
 namespace {
 
-/// Makes the cells of a mesh into lattice points: gives them ids. Collective.
+/// Gives the cells of a mesh the ids of their lattice points. Collective.
 SheetIds number_lattice(Distribution& mesh) {
   const Distribution::Range cells = mesh.cells();
   const Distribution::Range vertices = mesh.vertices();
@@ -71,7 +71,7 @@ void add_corner_masses(Distribution& mesh) {
   mesh.update_data();
 }
 
-/// @param rows those of a sheet
+/// Makes a shell. @param rows those of a sheet
 LoadedSheet assembled(const Distribution& rows, const SheetIds& ids, const SheetOptions& options) {
   AssembledShell shell = assemble_shell(rows);
   shell.sheet.layers = options.layers;
@@ -85,8 +85,8 @@ LoadedSheet assembled(const Distribution& rows, const SheetIds& ids, const Sheet
   return {std::move(shell.sheet), rows.particle_data(shell.points), rows.cell_data(cells)};
 }
 
-/// Refuses springs that have no length but rounding in the undeformed sheet: strains are shares of the length. Two
-/// cells have such a spring between them where the sheet is folded flat at their common side. Collective. @throws Error
+/// Refuses springs whose undeformed length is rounding, since strains are relative to it. Two cells have such a spring
+/// between them where the sheet is folded flat at their common side. Collective. @throws Error
 void require_lengths(const Sheet& sheet) {
   constexpr double least = 1e-6;  // of the colour's mean length
   constexpr PetscInt none = std::numeric_limits<PetscInt>::max();
@@ -96,10 +96,9 @@ void require_lengths(const Sheet& sheet) {
     const auto end = springs.initial_length.begin() + springs.owned();
     const double sum = sum_over_ranks(sheet.comm(), std::accumulate(springs.initial_length.begin(), end, 0.0));
     for (PetscInt s = 0; s < springs.owned() && sheet.acts(colour); ++s) {
-      const auto spring = static_cast<std::size_t>(s);
-      if (springs.initial_length[spring] * static_cast<double>(springs.layout.global) <= least * sum) {
+      if (springs.initial_length[s] * static_cast<double>(springs.layout.global) <= least * sum) {
         std::array<PetscInt, 2> ids{};
-        std::transform(springs.ends[spring].begin(), springs.ends[spring].end(), ids.begin(),
+        std::transform(springs.ends[s].begin(), springs.ends[s].end(), ids.begin(),
                        [&sheet](PetscInt i) { return sheet.persistent_id[i]; });
         std::sort(ids.begin(), ids.end());
         first = std::min(first, ids);
@@ -157,12 +156,11 @@ MeshRows rows_of(const Sheet& sheet, const std::vector<bool>& kept, const Record
   std::vector<PetscInt> kept_cells;
   std::vector<PetscInt> lattice;
   for (PetscInt cell = 0; cell < sheet.elements.owned; ++cell) {
-    const auto c = static_cast<std::size_t>(cell);
-    if (kept[c]) {
+    if (kept[cell]) {
       kept_cells.push_back(cell);
-      lattice.push_back(sheet.lattice[c]);
+      lattice.push_back(sheet.lattice[cell]);
       rows.cells.push_back(row_of(sheet, lattice.back()));
-      for (const PetscInt corner : sheet.cells[c]) {
+      for (const PetscInt corner : sheet.cells[cell]) {
         rows.cell_corners.push_back(sheet.persistent_id[corner]);
       }
     }
@@ -176,7 +174,7 @@ MeshRows rows_of(const Sheet& sheet, const std::vector<bool>& kept, const Record
 }
 
 MeshRows rows_of_mesh(const Sheet& sheet) {
-  MeshRows rows = rows_of(sheet, std::vector<bool>(static_cast<std::size_t>(sheet.elements.owned), true), {}, {});
+  MeshRows rows = rows_of(sheet, std::vector<bool>(sheet.elements.owned, true), {}, {});
   for (MeshRows::Point& cell : rows.cells) {
     cell.id -= sheet.first_lattice_id;
   }

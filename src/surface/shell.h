@@ -16,17 +16,17 @@ inline namespace surface {
 /// @param mesh checked quads (see fault_of_quads); only rank 0's is read
 Sheet make_sheet(MPI_Comm comm, const SurfaceMesh& mesh, const SheetOptions& options);
 
-/// The same from the rows of a mesh. Collective.
+/// Makes a sheet from the rows of a mesh. Collective.
 Sheet make_sheet(MPI_Comm comm, MeshRows mesh, const SheetOptions& options);
 
-/// A sheet, and the data that came with its particles and cells.
+/// A sheet with the data of its particles and cells.
 struct LoadedSheet {
   Sheet sheet;
   Records particles;  ///< of the local particles, ghosts up to date
   Records cells;      ///< of the local cells, ghosts up to date
 };
 
-/// The ids that a sheet's cells and vertices come from: Sheet::first_lattice_id and id_end.
+/// Bounds of a sheet's persistent ids, as in Sheet.
 struct SheetIds {
   PetscInt first_lattice_id = 0;
   PetscInt id_end = 0;
@@ -38,10 +38,8 @@ struct SheetIds {
 /// places and the options
 LoadedSheet make_sheet(MPI_Comm comm, MeshRows rows, const SheetIds& ids, const SheetOptions& options);
 
-/// The sheet as rows: cells and vertices on the ranks that own them. Corners that no cell of `kept` has are included,
-/// too.
-/// Collective.
-/// @param kept for each owned cell whether it is to be included
+/// The sheet as rows: cells and vertices on the ranks that own them, corners without a kept cell included. Collective.
+/// @param kept whether each owned cell is included
 /// @param particles data of the owned particles
 /// @param cells data of the owned cells
 MeshRows rows_of(const Sheet& sheet, const std::vector<bool>& kept, const Records& particles, const Records& cells);

@@ -11,8 +11,8 @@ inline namespace surface {
 
 namespace {
 
-/// A spring as it is found at a cell, before owned ones are sorted to the front. A spring at a side of two cells is
-/// found at the cell of the lesser id.
+/// A spring found at a cell, before owned springs are sorted to the front. A spring at a side of two cells is found at
+/// the cell of the lesser id.
 struct FoundSpring {
   PetscInt cell;
   PetscInt index;  ///< among the springs of this colour at the cell, 0 to 3
@@ -100,7 +100,7 @@ AssembledShell assemble_shell(const Distribution& distribution) {
   const std::vector<int> piece = distribution.find_pieces(sheet.piece_is_closed);
   std::vector<FoundSpring> red;
   std::vector<FoundSpring> yellow;
-  const auto all_cells = static_cast<std::size_t>(cells.end - cells.begin);
+  const std::size_t all_cells = cells.end - cells.begin;
   red.reserve(4 * all_cells);
   yellow.reserve(2 * all_cells);
   sheet.triangles.reserve(4 * all_cells);

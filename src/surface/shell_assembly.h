@@ -8,12 +8,12 @@
 namespace pellicle {
 inline namespace surface {
 
-// Makes shells, of whole meshes and of what is left of one. Internal to surface.
+// Makes shells of whole meshes and of remains of meshes. Internal to surface.
 
-/// Neighbours' cells that a rank needs: a green spring's neighbours end one cell beyond the next cell.
+/// Layers of neighbours' cells on a rank: a green spring's neighbours end one cell beyond the next cell.
 inline constexpr int shell_layers = 2;
 
-/// A shell, and where its particles were in the distribution from which it was made.
+/// A shell, with the points of the distribution from which its particles were made.
 struct AssembledShell {
   Sheet sheet;                   ///< all but first_lattice_id and id_end
   std::vector<PetscInt> points;  ///< cell or vertex of each local particle

@@ -29,7 +29,7 @@ class Fan {
     std::map<PetscInt, std::vector<std::size_t>> at_neighbour;  // elements with a side that holds, by its other end
     const auto last = static_cast<std::size_t>(surface.sides_per_element()) - 1;
     for (std::size_t i = 0; i < elements_.size(); ++i) {
-      const auto element = static_cast<std::size_t>(elements_[i].first);
+      const std::size_t element = elements_[i].first;
       const std::size_t place = elements_[i].second;
       for (const std::size_t turn : {std::size_t{1}, last}) {
         const std::size_t side = (last + 1) * element + (turn == 1 ? place : (place + last) % (last + 1));
@@ -60,7 +60,7 @@ class Fan {
   }
 
   std::size_t groups() const { return mass_.size(); }
-  /// Share of a group in the masses of the elements.
+  /// Share of a group in the elements' masses.
   double share(std::size_t group) const { return mass_[group] / std::accumulate(mass_.begin(), mass_.end(), 0.0); }
   /// Calls `visit(cell, place, group)` for each element, with the place of the corner in it.
   template <class Visit>
@@ -76,10 +76,10 @@ class Fan {
   std::vector<double> mass_;        ///< of the elements of each group [kg]
 };
 
-/// The elements round each owned corner at which they have fallen into several groups; all these elements are local.
+/// The elements round each owned corner at which they form several groups; all these elements are local.
 std::map<PetscInt, Fan> parted_fans(const Surface& surface, const Living& living) {
   std::map<PetscInt, std::vector<std::pair<PetscInt, std::size_t>>> elements_at;
-  const auto sides = static_cast<std::size_t>(surface.sides_per_element());
+  const std::size_t sides = surface.sides_per_element();
   for (std::size_t side = 0; side < living.cracked.size(); ++side) {
     if (living.cracked[side]) {
       elements_at[surface.corner(side / sides, side % sides)];
@@ -93,7 +93,7 @@ std::map<PetscInt, Fan> parted_fans(const Surface& surface, const Living& living
   }
   for (PetscInt element = 0; element < surface.elements.local(); ++element) {
     for (std::size_t place = 0; place < sides; ++place) {
-      const auto found = elements_at.find(surface.corner(static_cast<std::size_t>(element), place));
+      const auto found = elements_at.find(surface.corner(element, place));
       if (found != elements_at.end()) {
         found->second.emplace_back(element, place);
       }

@@ -21,8 +21,8 @@ struct SpringSet {
   std::vector<std::array<PetscInt, 2>> ends;  ///< local particle numbers
   std::vector<double> initial_length;         ///< l^init [m]
   /// Drawn triangles that share each local spring: two of its cell for a red one, those at its edge for a blue one,
-  /// those at the edge that it crosses for a green one, all four of its cell for a yellow one. -1 where there is none,
-  /// or where it is not local, which happens to ghosts only.
+  /// those at the edge that it crosses for a green one, all four of its cell for a yellow one. -1: none, or for ghosts
+  /// also one that is not local.
   std::vector<std::array<PetscInt, 4>> triangles;
 
   PetscInt owned() const { return layout.owned; }

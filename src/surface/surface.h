@@ -12,24 +12,24 @@
 namespace pellicle {
 inline namespace surface {
 
-/// How well the mesh is distributed over the ranks.
+/// Quality of the distribution of a mesh over the ranks.
 struct PartitionQuality {
   PetscInt edge_cut = 0;   ///< pairs of neighbouring cells on different ranks
   double imbalance = 1.0;  ///< largest number of cells of a rank over the mean
 };
 
-/// What a sheet of quads and a membrane of triangles have in common, distributed, as flat arrays: what can heat, burn
-/// and be cut. Its elements are the quads or the triangles of the mesh.
+/// Common data of sheets of quads and membranes of triangles, distributed, as flat arrays: all that heating, burning
+/// and cutting need. Elements are the quads or the triangles of the mesh.
 ///
 /// An element is drawn as `triangles_per_element` triangles, 1 of a triangle and 4 of a quad: triangle 4 c + k of quad
 /// c joins its corners k and k + 1 with its centre, the mean of its corners. The particle of the centre is the quad's
-/// lattice point, which is drawn there wherever it is. Numbers of particles and elements are local ones; all particles
-/// of local elements are local.
+/// lattice point, which is drawn at the centre. Numbers of particles and elements are local ones; all particles of
+/// local elements are local.
 struct Surface {
   Layout particles;
   std::vector<PetscInt> persistent_id;  ///< of each local particle
-  PetscInt id_end = 0;                  ///< all persistent ids are smaller, also those of what was removed
-  std::vector<bool> is_lattice;         ///< of each local particle: the lattice points of a two-layer shell
+  PetscInt id_end = 0;                  ///< above all persistent ids, also those of removed particles
+  std::vector<bool> is_lattice;         ///< whether each local particle is a lattice point
   std::vector<int> cell_count;          ///< elements round each owned particle; 0 for a lattice point
   Eigen::Matrix3Xd rest;                ///< undeformed positions of the local particles [m], (3 x local)
   Eigen::Matrix2Xd uv;                  ///< texture coordinates of the local particles, (2 x local), or no columns
@@ -40,8 +40,8 @@ struct Surface {
   std::vector<PetscInt> element_id;  ///< of each local element: its number in the file
   int triangles_per_element = 1;
   std::vector<std::array<PetscInt, 3>> triangles;  ///< particles of the drawn triangles of the local elements
-  std::vector<std::array<PetscInt, 4>> cells;      ///< of quads: corners round each local one
-  std::vector<PetscInt> lattice;                   ///< of quads: lattice particle of each local one
+  std::vector<std::array<PetscInt, 4>> cells;      ///< corners of each local quad, in order
+  std::vector<PetscInt> lattice;                   ///< lattice particle of each local quad
 
   /// Pieces of the mesh, joined by common sides of elements, numbered by their lowest element.
   std::vector<int> piece;             ///< of each local element
@@ -50,8 +50,8 @@ struct Surface {
   // Data for burning; for a membrane given by its wall (set_burnable).
   std::vector<double> initial_mass;  ///< m^init of the local particles [kg]
   std::vector<double> element_mass;  ///< of the local elements, divided among their particles [kg]
-  /// By Colour. A membrane's edges are blue springs; they hold nothing, but heat may flow along them and pieces are
-  /// connected by them. They are those of its local elements, all treated as owned ones.
+  /// Springs by Colour. A membrane's edges are blue springs without force, which conduct heat and connect pieces: those
+  /// of its local elements, all treated as owned.
   std::array<SpringSet, 4> springs;
 
   MPI_Comm comm() const { return particles.comm; }
@@ -62,11 +62,11 @@ struct Surface {
   std::size_t element_of_side(std::size_t side) const { return side / static_cast<std::size_t>(sides_per_element()); }
   /// The drawn triangle at a side.
   std::size_t triangle_at(std::size_t side) const { return has_quads() ? side : element_of_side(side); }
-  /// Corner of a local element, in the mesh's order round it; the k after the last is the first corner again.
+  /// Corner k of a local element, in the mesh's order round it; k may go round once more.
   PetscInt corner(std::size_t element, std::size_t k) const {
     return has_quads() ? cells[element][k % 4] : triangles[element][k % 3];
   }
-  /// The sides of local elements along a blue spring; -1 where there is none.
+  /// The sides of local elements along a blue spring; -1: none.
   std::array<PetscInt, 2> sides_along(std::size_t blue) const {
     const SpringSet& edges = of(Colour::blue);
     std::array<PetscInt, 2> sides{edges.triangles[blue][0], edges.triangles[blue][1]};
@@ -75,7 +75,7 @@ struct Surface {
     };
     for (PetscInt& side : sides) {
       if (side >= 0 && !has_quads()) {
-        const auto element = static_cast<std::size_t>(side);
+        const std::size_t element = side;
         side *= 3;
         for (std::size_t k = 0; !is_end(corner(element, k)) || !is_end(corner(element, k + 1)); ++k) {
           ++side;

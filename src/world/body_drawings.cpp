@@ -3,13 +3,13 @@
 namespace pellicle {
 inline namespace world {
 
-std::vector<BodyDrawing> drawings_of_bodies(MPI_Comm comm, const std::vector<const ObjectOptions*>& objects) {
+std::vector<BodyDrawing> drawings_of_bodies(MPI_Comm comm, const std::deque<NamedOptions>& objects) {
   std::vector<BodyDrawing> drawings;
-  for (const Body& body : make_bodies(comm, objects.front()->options.bodies)) {
+  for (const Body& body : make_bodies(comm, objects.front().options.bodies)) {
     drawings.push_back({{body.name, "bodies." + body.name}, body.shape, body.motion});
   }
-  for (const ObjectOptions* object : objects) {
-    for (const auto& [name, source] : object->options.heat.sources) {
+  for (const NamedOptions& object : objects) {
+    for (const auto& [name, source] : object.options.heat.sources) {
       if (source.shape != SourceShape::ball) {
         continue;
       }
@@ -17,9 +17,9 @@ std::vector<BodyDrawing> drawings_of_bodies(MPI_Comm comm, const std::vector<con
       motion.start.place = source.centre;
       motion.velocity = source.velocity;
       motion.path = source.path;
-      const bool is_named = !object->name.empty();
-      drawings.push_back({{"heat_" + (is_named ? object->name + "_" : "") + name,
-                           (is_named ? "objects." + object->name + "." : "") + "heat.sources." + name},
+      const bool is_named = !object.name.empty();
+      drawings.push_back({{"heat_" + (is_named ? object.name + "_" : "") + name,
+                           (is_named ? "objects." + object.name + "." : "") + "heat.sources." + name},
                           Sphere{source.radius},
                           motion,
                           source.start_time,

@@ -2,6 +2,7 @@
 
 #include <mpi.h>
 
+#include <deque>
 #include <limits>
 #include <vector>
 
@@ -23,7 +24,7 @@ struct BodyDrawing {
 
 /// The bodies of a run, and the balls of heat of all its objects. Collective. @throws Error as make_bodies does
 /// @param objects the first has the run's bodies
-std::vector<BodyDrawing> drawings_of_bodies(MPI_Comm comm, const std::vector<const ObjectOptions*>& objects);
+std::vector<BodyDrawing> drawings_of_bodies(MPI_Comm comm, const std::deque<NamedOptions>& objects);
 
 }  // namespace world
 }  // namespace pellicle

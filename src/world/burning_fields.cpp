@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <string>
 
+#include "world/fire_remarks.h"
+
 namespace pellicle {
 inline namespace world {
 
@@ -19,7 +21,9 @@ BurningFields::BurningFields(FieldRegistry& registry, const Surface& surface)
       heat_initial(registry.add<double>({"heat_initial", "J", Item::sum})),
       heat_in(registry.add<double>({"heat_in", "J", Item::sum})),
       heat_out(registry.add<double>({"heat_out", "J", Item::sum})),
-      heat_made(registry.add<double>({"heat_made", "J", Item::sum})) {
+      heat_made(registry.add<double>({"heat_made", "J", Item::sum})),
+      fire_record(registry.add<Eigen::VectorXd>({"fire_record", "", Item::object}, 4)) {
+  fire_record = FireRecord().numbers();
   registry.declare({"piece", "", Item::particle}, pieces.of_particle);
   registry.declare({"pieces_present", "", Item::object}, pieces.present);
   registry.declare({"pieces_birth_time", "s", Item::object}, pieces.birth_time);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <vector>
 
 #include "parallel/field.h"
@@ -27,10 +28,11 @@ struct BurningFields {
   double& cracked_sides;
   double& crack_length;  ///< undeformed
   // Heat ledger, of the owned particles: the content is initial + in - out + made.
-  double& heat_initial;  ///< by the particles owned at the beginning
-  double& heat_in;       ///< from sources, burning and warmer surroundings
-  double& heat_out;      ///< to cooler surroundings and with what burnt
-  double& heat_made;     ///< by conduction that does not conserve it
+  double& heat_initial;          ///< by the particles owned at the beginning
+  double& heat_in;               ///< from sources, burning and warmer surroundings
+  double& heat_out;              ///< to cooler surroundings and with what burnt
+  double& heat_made;             ///< by conduction that does not conserve it
+  Eigen::VectorXd& fire_record;  ///< FireRecord::numbers
 };
 
 }  // namespace world

@@ -135,8 +135,8 @@ bool Checkpoints::due_by_clock(int step) const {
   return is_due;
 }
 
-void Checkpoints::write(const Chain& chain) {
-  const int step = chain.step();
+void Checkpoints::write(const SteppedRun& run) {
+  const int step = run.step();
   if (!lacks(step)) {
     return;
   }
@@ -160,7 +160,7 @@ void Checkpoints::write(const Chain& chain) {
     file.write_lines("inputs", inputs);
     file.write_lines("object_names", record_.objects);
     file.write_lines("mesh", record_.mesh);
-    chain.save(file);
+    run.save(file);
     file.close();
     long long bytes = 0;
     on_root(comm, [&] { bytes = OpenFile(part, O_RDONLY).size(); });

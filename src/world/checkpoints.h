@@ -13,7 +13,7 @@
 namespace pellicle {
 inline namespace world {
 
-class Chain;
+class SteppedRun;
 
 /// The checkpoints of a run, `checkpoint_000120.h5` in its folder after step 120: all that is needed to go on from
 /// there on any number of ranks. A file is put in its place when it is complete; its last line has the check sum of the
@@ -33,7 +33,7 @@ class Checkpoints {
   bool due_by_clock(int step) const;
   /// Writes one of the present state, if there is none of its step; removes those that are too old. Collective.
   /// @throws Error, on all ranks, when it cannot be written: earlier ones stay
-  void write(const Chain& chain);
+  void write(const SteppedRun& run);
 
   /// The newest one, with its folder; empty: there is none.
   std::string newest() const { return written_.empty() ? "" : folder_.path(name_of(written_.back())); }

@@ -1,49 +1,33 @@
 #include "world/contact_of_object.h"
 
 #include <algorithm>
-#include <cstdio>
 
-#include "parallel/collective.h"
+#include "contact/body_contact.h"
+#include "contact/crossings.h"
 
 namespace pellicle {
 inline namespace world {
 
-std::vector<History::Column> contact_columns(const ContactOptions& options, bool apart) {
-  std::vector<History::Column> columns;
-  if (options.self && !apart) {
-    columns = {{"self_contacts", ""},
-               {"smallest_gap", "m"},
-               {"contact_energy", "J"},
-               {"contact_searches", ""},
-               {"room_used", ""}};
-  }
-  if (options.self) {
-    columns.insert(columns.end(), {{"contact_work", "J"}, {"friction_work", "J"}});
-  }
-  if (options.check && !apart) {
-    columns.insert(columns.end(), {{"crossings", ""}, {"crossing_element_1", ""}, {"crossing_element_2", ""}});
-  }
-  return columns;
-}
-
-std::vector<double> contact_values(const ContactOptions& options, bool apart,
-                                   const std::optional<ContactFigures>& figures, const Surface& surface,
-                                   const ObjectState& state, const std::vector<bool>* living) {
-  std::vector<double> values;
+void report_contact(Report& report, const ContactOptions& options, bool apart,
+                    const std::optional<ContactFigures>& figures, const Surface& surface, const State& state) {
   if (options.self && !apart) {
     const ContactFigures last = figures ? *figures : ContactFigures{0, contact_thickness(surface, options)};
-    values = {static_cast<double>(last.contacts), last.smallest_gap, last.energy, static_cast<double>(last.searches),
-              last.room_used};
+    report.add("self_contacts", "", static_cast<double>(last.contacts));
+    report.add("smallest_gap", "m", last.smallest_gap);
+    report.add("contact_energy", "J", last.energy);
+    report.add("contact_searches", "", static_cast<double>(last.searches));
+    report.add("room_used", "", last.room_used);
   }
   if (options.self) {
-    values.insert(values.end(), {state.contact_work, state.friction_work});
+    report.add("contact_work", "J", state.contact_work);
+    report.add("friction_work", "J", state.friction_work);
   }
   if (options.check && !apart) {
-    const Crossings crossings = find_crossings({{surface, state.position, living}});
-    values.insert(values.end(), {static_cast<double>(crossings.pairs), static_cast<double>(crossings.elements[0]),
-                                 static_cast<double>(crossings.elements[1])});
+    const Crossings crossings = find_crossings({{surface, state.position, state.living_triangles()}});
+    report.add("crossings", "", static_cast<double>(crossings.pairs));
+    report.add("crossing_element_1", "", static_cast<double>(crossings.elements[0]));
+    report.add("crossing_element_2", "", static_cast<double>(crossings.elements[1]));
   }
-  return values;
 }
 
 void open_lips(const std::vector<Object*>& objects) {

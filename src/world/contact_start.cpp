@@ -212,11 +212,12 @@ void push_apart(const ContactOptions& options, const std::vector<StartingSurface
 
 }  // namespace
 
-std::string settle_start(const ContactOptions& options, const std::vector<StartingObject>& objects) {
+std::string settle_start(const ContactOptions& options, const std::vector<Object*>& objects) {
   std::vector<StartingSurface> surfaces;
-  for (const auto& [name, object] : objects) {
+  for (Object* object : objects) {
     const Motion& motion = object->motion();
-    surfaces.push_back({name, motion.contact_part(), motion.living(), motion.held(), object->state().position});
+    surfaces.push_back(
+        {object->name(), motion.contact_part(), motion.living(), motion.held(), object->state().position});
     check_thickness(surfaces.back());
   }
   const Crossings crossings = crossings_of(surfaces);
@@ -242,8 +243,8 @@ std::string settle_start(const ContactOptions& options, const std::vector<Starti
   }
   push_apart(options, surfaces);
   carry_lattice(surfaces, before);
-  for (const StartingObject& object : objects) {
-    object.object->follow_start();
+  for (Object* object : objects) {
+    object->start();
   }
   double most = 0;
   for (std::size_t s = 0; s < surfaces.size(); ++s) {
@@ -256,10 +257,11 @@ std::string settle_start(const ContactOptions& options, const std::vector<Starti
   return tangle_words(crossings, surfaces) + text;
 }
 
-void refuse_start_in_bodies(Object& object, const std::vector<Body>& bodies) {
+void refuse_start_in_bodies(Object& object) {
+  const std::vector<Body>& bodies = object.motion().bodies();
   const Surface& surface = object.surface();
   const double least = BodyContact::tolerance * object.motion().contact_part().thickness_or_usual();
-  const ObjectState& state = object.state();
+  const State& state = object.state();
   const std::vector<bool> held = object.motion().held();
   std::string inside = particles_inside(bodies, state.time, surface.particles, state.position, held, least);
   if (inside.empty()) {

@@ -3,18 +3,11 @@
 #include <string>
 #include <vector>
 
-#include "contact/bodies.h"
 #include "contact/contact_options.h"
 #include "world/object.h"
 
 namespace pellicle {
 inline namespace world {
-
-/// What may touch at the start of a run.
-struct StartingObject {
-  std::string name;  ///< empty: the run has one object, without a name
-  Object* object;
-};
 
 /// Counts crossings and acts as `contact.start` says: only counts, or refuses surfaces that pass through themselves or
 /// each other, or moves them until they do not (contact/untangle.h), and then apart until they hardly press.
@@ -22,9 +15,9 @@ struct StartingObject {
 /// @returns a message; empty: nothing crossed
 /// @throws Error naming objects, elements and place, if crossings are refused or cannot be removed, and if a thickness
 /// is more than ten mean sides of its mesh
-std::string settle_start(const ContactOptions& options, const std::vector<StartingObject>& objects);
+std::string settle_start(const ContactOptions& options, const std::vector<Object*>& objects);
 /// Refuses an object that starts inside a body. Collective. @throws Error that names particle or triangle, and body
-void refuse_start_in_bodies(Object& object, const std::vector<Body>& bodies);
+void refuse_start_in_bodies(Object& object);
 
 }  // namespace world
 }  // namespace pellicle

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <array>
+#include <Eigen/Core>
 #include <string>
 #include <vector>
 
@@ -16,9 +16,15 @@ struct FireRecord {
   double present_time = 0;  ///< [s]
   double hottest = 0;       ///< so far [K]
 
+  FireRecord() = default;
+  /// @param numbers see `numbers`
+  explicit FireRecord(const Eigen::VectorXd& numbers)
+      : burnt(numbers[0]), last_time(numbers[1]), present_time(numbers[2]), hottest(numbers[3]) {}
+
   /// @param left, burnt_mass of all ranks [kg] @param temperature_max [K]
   void note(double time, double left, double burnt_mass, double temperature_max);
-  std::array<double, 4> numbers() const { return {burnt, last_time, present_time, hottest}; }
+  /// The record as numbers of a state.
+  Eigen::Vector4d numbers() const { return {burnt, last_time, present_time, hottest}; }
 };
 
 /// A line about how fast a front of fire would go and how many cells it is wide, if anything can light one and it goes

@@ -10,7 +10,7 @@ GasPush::GasPush(PushedGas& gas, const Sheet& sheet, const Field& free, const st
     : gas_(gas),
       chambers_(gas.chambers()),
       response_{chambers_.volumes(free), Eigen::VectorXd(chambers_.count())},
-      pressure_(static_cast<std::size_t>(chambers_.count())),
+      pressure_(chambers_.count()),
       velocity_(sheet.particles, 3) {
   const PetscInt owned = sheet.particles.owned;
   for (int chamber = 0; chamber < chambers_.count(); ++chamber) {
@@ -45,19 +45,24 @@ void GasPush::choose_pressures() {
     const auto c = static_cast<std::size_t>(chamber);
     const double compliance = response_.compliance[chamber];
     if (!chambers_.prescribes_volume(chamber)) {
-      pressure_[c] = gas_.gas().states(gas_.number())[c].pressure;
+      pressure_[chamber] = gas_.gas().states(gas_.number())[c].pressure;
     } else {
-      pressure_[c] = compliance > 0 ? (walls[chamber] - response_.walls[chamber]) / compliance : 0;
+      pressure_[chamber] = compliance > 0 ? (walls[chamber] - response_.walls[chamber]) / compliance : 0;
     }
-    velocity_.values() += pressure_[c] * moves_[c].values();
+    velocity_.values() += pressure_[chamber] * moves_[c].values();
   }
 }
 
-void GasPush::settle(const Field& end) {
+bool GasPush::settle(const Field& end) {
+  constexpr double negligible = 1e-9;  // of a volume
+  const Eigen::VectorXd walls = chambers_.volumes(end);
+  const bool has_moved =
+      !has_settled_ || ((walls - response_.walls).array().abs() > negligible * walls.array().abs()).any();
   has_settled_ = true;
-  response_.walls = chambers_.volumes(end);
+  response_.walls = walls;
   response_.compliance.setZero();
   gas_.gas().set_response(gas_.number(), response_);
+  return has_moved;
 }
 
 }  // namespace world

@@ -32,6 +32,14 @@ class PushedGas : public GasFilled {
     number_ = part;
   }
 
+  GasExchange end_gas(const Field& end) override { return gas_->end_step(number_, end, time_, h_); }
+  /// To be called when the gas step has begun. @param time at the end of the step [s] @param h its length [s]
+  void begin_step(double time, double h) {
+    time_ = time;
+    h_ = h;
+    gas_->begin_step(time);
+  }
+
   const Chambers& chambers() const { return chambers_; }
   StepGas& gas() { return *gas_; }
   /// Whether it is joined to nothing but what the sheet encloses.
@@ -46,6 +54,8 @@ class PushedGas : public GasFilled {
   const Field& end_;
   std::shared_ptr<StepGas> gas_;
   std::size_t number_ = 0;
+  double time_ = 0;
+  double h_ = 0;
 };
 
 /// The gas in a projected sheet in a step: h W g p is added to its velocities before the projection, with the volume's
@@ -69,10 +79,11 @@ class GasPush {
   /// What they add to the velocities of the local particles, (3 x local) [m/s].
   const Field& velocity() const { return velocity_; }
   /// Of each chamber [Pa].
-  const std::vector<double>& pressure() const { return pressure_; }
+  const Eigen::VectorXd& pressure() const { return pressure_; }
 
-  /// The sheet stays at these positions for the rest of the step, whatever the pressure. Collective.
-  void settle(const Field& end);
+  /// The sheet stays at these positions for the rest of the step, whatever the pressure. Collective. @returns whether
+  /// the volumes differ from those where it has settled before, or it had not
+  bool settle(const Field& end);
   bool has_settled() const { return has_settled_; }
 
  private:
@@ -81,7 +92,7 @@ class GasPush {
   bool has_settled_ = false;
   std::vector<Field> moves_;       ///< h W g of each chamber, (3 x local) [m/(s Pa)]
   FlowingGas::Response response_;  ///< as far as known
-  std::vector<double> pressure_;   ///< [Pa]
+  Eigen::VectorXd pressure_;       ///< [Pa]
   Field velocity_;
 };
 

@@ -130,14 +130,15 @@ void write_mesh_file(const MeshRows& rows, const std::string& name, OutputFolder
 
 }  // namespace
 
-void mesh_only(MPI_Comm comm, const std::deque<ObjectOptions>& objects, RunRecord record) {
+void mesh_only(MPI_Comm comm, const RunPlan& plan, RunRecord record) {
+  const std::deque<NamedOptions>& objects = plan.objects;
   OutputOptions output = objects.front().options.output;
   output.fields.clear();  // they name fields of a run
   Console console(comm, 1);
   OutputFolder folder(comm, output, record);
   std::vector<MeshOfObject> meshes;
   std::vector<FramePart> parts;
-  for (const ObjectOptions& object : objects) {
+  for (const NamedOptions& object : objects) {
     const std::string heading = heading_of(object.name);
     meshes.push_back({object.name, heading, about_object(heading, [&] { return load_mesh(comm, object.options); })});
     parts.push_back({object.name, key_of(object.name)});
@@ -146,6 +147,9 @@ void mesh_only(MPI_Comm comm, const std::deque<ObjectOptions>& objects, RunRecor
     }
   }
   for (const std::string& line : record.mesh) {
+    console.tell(line);
+  }
+  for (const std::string& line : plan.lines()) {
     console.tell(line);
   }
   FrameWriter writer(folder, output, parts);

@@ -9,16 +9,36 @@
 namespace pellicle {
 inline namespace world {
 
-std::string non_finite(MPI_Comm comm, const std::vector<NamedValues>& quantities) {
-  const auto first = std::find_if(quantities.begin(), quantities.end(), [](const NamedValues& quantity) {
-    return !std::all_of(quantity.values, quantity.values + quantity.count, [](double x) { return std::isfinite(x); });
+namespace {
+
+/// Calls `visit` with each number of a field that is a double.
+template <class Visit>
+void for_each_double(const FieldRegistry::Entry& entry, const Visit& visit) {
+  std::visit(
+      [&visit](auto* values) {
+        using Values = std::remove_pointer_t<decltype(values)>;
+        if constexpr (std::is_same_v<Values, Field>) {
+          std::for_each(values->data(), values->data() + values->values().size(), visit);
+        } else if constexpr (std::is_same_v<Values, double>) {
+          visit(*values);
+        } else if constexpr (std::is_same_v<Values, std::vector<double>> || std::is_same_v<Values, Eigen::VectorXd>) {
+          std::for_each(values->begin(), values->end(), visit);
+        }
+      },
+      entry.storage);
+}
+
+}  // namespace
+
+std::string non_finite(MPI_Comm comm, const FieldRegistry& state) {
+  const auto& entries = state.entries();
+  const auto first = std::find_if(entries.begin(), entries.end(), [](const FieldRegistry::Entry& entry) {
+    bool is_finite = true;
+    for_each_double(entry, [&is_finite](double number) { is_finite = is_finite && std::isfinite(number); });
+    return !is_finite;
   });
-  auto place = static_cast<int>(first - quantities.begin());
-  place = min_over_ranks(comm, place);
-  if (place == static_cast<int>(quantities.size())) {
-    return "";
-  }
-  return std::string("the ") + quantities[place].name + " is not finite";
+  const auto place = min_over_ranks(comm, static_cast<int>(first - entries.begin()));
+  return place == static_cast<int>(entries.size()) ? "" : "the " + entries[place].declaration.name + " is not finite";
 }
 
 bool make_finite(MPI_Comm comm, const FieldRegistry& state) {
@@ -28,18 +48,7 @@ bool make_finite(MPI_Comm comm, const FieldRegistry& state) {
     number = std::isfinite(number) ? number : 0;
   };
   for (const FieldRegistry::Entry& entry : state.entries()) {
-    std::visit(
-        [&](auto* values) {
-          using Values = std::remove_pointer_t<decltype(values)>;
-          if constexpr (std::is_same_v<Values, Field>) {
-            std::for_each(values->data(), values->data() + values->values().size(), mend);
-          } else if constexpr (std::is_same_v<Values, double>) {
-            mend(*values);
-          } else if constexpr (std::is_same_v<Values, std::vector<double>> || std::is_same_v<Values, Eigen::VectorXd>) {
-            std::for_each(values->begin(), values->end(), mend);
-          }
-        },
-        entry.storage);
+    for_each_double(entry, mend);
   }
   return on_any_rank(comm, found);
 }

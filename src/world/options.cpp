@@ -408,6 +408,12 @@ void name_solvers(Options& options, const std::string& prefix) {
 
 }  // namespace
 
+void require_possible(const Options& options) {
+  OptionTable table;
+  describe_exclusions(table, options);
+  table.check_exclusions();
+}
+
 ObjectOptions::ObjectOptions(std::string object) : name(std::move(object)) {
   describe(table, options);
   describe_exclusions(table, options);

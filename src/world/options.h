@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "ablation/ablation_options.h"
@@ -111,6 +112,17 @@ struct Options {
 
 void describe(OptionTable& table, Options& options);
 
+/// @throws Error where options of an object do not go together, as the exclusions of its table say
+void require_possible(const Options& options);
+
+/// The name of an object, and its options.
+struct NamedOptions {
+  explicit NamedOptions(std::string name, Options options = {}) : name(std::move(name)), options(std::move(options)) {}
+
+  std::string name;  ///< empty: the run has one object
+  Options options;
+};
+
 /// The options of an object of a run, and the table that declares them.
 struct ObjectOptions {
   /// @param name of the object; empty: it is the run's one object, which no deck names
@@ -132,7 +144,7 @@ bool balances_bodies(const Options& options);
 /// How an object cracks, with the strength of `ablation.strength` or `wall.strength`, if either is given.
 /// @throws Error if both are
 AblationOptions cracks_of(const Options& options);
-/// Whether a link joins a chamber of it to one of another object (world/gas_links.h).
+/// Whether a link joins a chamber of it to one of another object (share_links).
 bool has_links_elsewhere(const Options& options);
 /// Whether links, holes or heat of walls change the gas in its chambers, or one is inside another.
 bool gas_is_joined(const Options& options);

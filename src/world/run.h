@@ -17,7 +17,7 @@ inline namespace world {
 /// @param record what the output folder keeps of the run; gets what has been found about the mesh
 /// @throws Error on bad input, before anything is written; or when a step failed at every length tried, after the last
 /// good state has been written
-void run(MPI_Comm comm, std::deque<ObjectOptions>& objects, RunRecord record);
+void run(MPI_Comm comm, const std::deque<ObjectOptions>& objects, RunRecord record);
 
 }  // namespace world
 }  // namespace pellicle

@@ -3,23 +3,66 @@
 #include <algorithm>
 #include <string>
 
+#include "world/records.h"
+
 namespace pellicle {
 inline namespace world {
 
-State::State(const Sheet& sheet)
-    : ObjectState(sheet.particles, {sheet.elements.owned, sheet.elements.local()}),
-      BurningFields(static_cast<FieldRegistry&>(*this), sheet),
-      target_length(own<TargetLengths>()) {
+State::State(const Surface& surface)
+    : FieldRegistry(surface.particles, {surface.elements.owned, surface.elements.local()}),
+      target_length(own<TargetLengths>()),
+      thickness_ratio(own<std::vector<double>>()),
+      record(own<Eigen::VectorXd>()) {
+  position.values() = surface.rest;
+  std::fill(pin.begin(), pin.end(), -1);
+  std::fill(chamber.begin(), chamber.end(), -1);
+}
+
+void State::add_springs(const Surface& sheet) {
   for (const Colour colour : all_colours) {
     const auto index = static_cast<std::size_t>(colour);
     target_length[index] = sheet.of(colour).initial_length;
     declare({std::string("target_length_") + colour_names[index], "m", Item::spring, Drawn::no, true},
             target_length[index]);
   }
-  position.values() = sheet.rest;
-  std::fill(pin.begin(), pin.end(), -1);
-  std::fill(chamber.begin(), chamber.end(), -1);
-  pressure.clear();
+  record = StrainRecord().numbers();
+  declare({"strain_record", "", Item::object}, record, static_cast<int>(record.size()));
+}
+
+void State::add_wall() {
+  thickness_ratio.assign(chamber.size(), 1.0);
+  declare({"thickness_ratio", "", Item::cell, Drawn::yes}, thickness_ratio);
+  record = StepRecord().numbers();
+  declare({"step_record", "", Item::object}, record, static_cast<int>(record.size()));
+}
+
+void State::add_chambers(int count) {
+  pressure.setZero(count);
+  declare({"pressure", "Pa", Item::object}, pressure, count);
+}
+
+void State::add_gas(int chambers, int links) {
+  gas = &own<GasExchange>(chambers, links);
+  declare({"gas_amount", "mol", Item::object}, gas->amount, chambers);
+  declare({"gas_heat", "mol K", Item::object}, gas->heat, chambers);
+  declare({"gas_open", "", Item::object}, gas->open, chambers);
+  declare({"leak_amount", "mol", Item::object}, gas->leak_amount, chambers);
+  declare({"leak_enthalpy", "J", Item::object}, gas->leak_enthalpy, chambers);
+  declare({"gas_wall_heat", "J", Item::object}, gas->wall_heat, chambers);
+  declare({"gas_work", "J", Item::object}, gas->work, chambers);
+  declare({"link_amount", "mol", Item::object}, gas->link_amount, links);
+  declare({"link_enthalpy", "J", Item::object}, gas->link_enthalpy, links);
+  declare({"gas_first_energy", "J", Item::object}, gas->first_energy, chambers);
+  declare({"gas_last_volume", "m^3", Item::object}, gas->volume, chambers);
+  declare({"gas_inside", "", Item::object}, gas->inside, chambers);
+  declare({"gas_outside", "", Item::object}, gas->outside, chambers);
+  declare({"gas_parent", "", Item::object}, gas->parent, chambers);
+  declare({"gas_reference_volume", "m^3", Item::object}, gas->reference_volume, chambers);
+}
+
+void State::add_path() {
+  load_time = &add<double>({"load_time", "s", Item::object});
+  direction = &add<Field>({"path_direction", "", Item::particle}, 3);
 }
 
 }  // namespace world

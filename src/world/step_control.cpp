@@ -84,7 +84,7 @@ std::vector<std::string> remarks_of(const StepCounts& counts, const TimeOptions&
 /// Writes the row of a step, and its frame if one is due. If one of them fails the other is written nevertheless, and
 /// so is a checkpoint, unless that would go on from a row that is missing.
 /// @throws Error, the first fault, after as much of the state as possible has been written
-void write_step(Chain& chain, bool with_frame, double h, int retries, const std::function<void()>& checkpoint) {
+void write_step(SteppedRun& run, bool with_frame, int retries, const std::function<void()>& checkpoint) {
   std::string fault;
   const auto succeeds = [&fault](const std::function<void()>& work) {
     try {
@@ -95,23 +95,23 @@ void write_step(Chain& chain, bool with_frame, double h, int retries, const std:
       return false;
     }
   };
-  bool is_drawn = with_frame && succeeds([&] { chain.draw(); });
-  const bool is_recorded = succeeds([&] { chain.record(h, retries); });
+  bool is_drawn = with_frame && succeeds([&] { run.draw(); });
+  const bool is_recorded = succeeds([&] { run.record(retries); });
   if (fault.empty()) {
     return;
   }
-  is_drawn = is_drawn || succeeds([&] { chain.draw(); });
+  is_drawn = is_drawn || succeeds([&] { run.draw(); });
   if (is_recorded) {
     succeeds(checkpoint);
   }
-  throw Error(fault + "; ended at " + time_text(chain.time()) + " after step " + std::to_string(chain.step()) +
+  throw Error(fault + "; ended at " + time_text(run.time()) + " after step " + std::to_string(run.step()) +
               (is_drawn ? ", the last frame" : ", of which there is no frame"));
 }
 
 /// Draws the state in which a step has failed. @returns the end of a message
-std::string draw_failed(Chain& chain, double h) {
+std::string draw_failed(SteppedRun& run, double h) {
   try {
-    return "; the state in which it failed is " + chain.draw_failed(h);
+    return "; the state in which it failed is " + run.draw_failed(h);
   } catch (const Error& error) {
     return std::string("; of the state in which it failed there is no frame: ") + error.what();
   }
@@ -119,14 +119,14 @@ std::string draw_failed(Chain& chain, double h) {
 
 }  // namespace
 
-void run_steps(Chain& chain, const TimeOptions& options, Console& console, Checkpoints* checkpoints) {
+void run_steps(SteppedRun& run, const TimeOptions& options, Console& console, Checkpoints* checkpoints) {
   StepCounts counts;
   const auto is_last = [&] {
-    return !chain.ended().empty() || chain.time() >= options.end - 1e-9 * options.step ||
-           (options.max_steps > 0 && chain.step() >= options.max_steps);
+    return !run.ended().empty() || run.time() >= options.end - 1e-9 * options.step ||
+           (options.max_steps > 0 && run.step() >= options.max_steps);
   };
   const auto tell_remarks = [&] {
-    for (const std::string& line : chain.remarks()) {
+    for (const std::string& line : run.remarks()) {
       console.tell(line);
     }
     for (const std::string& line : remarks_of(counts, options)) {
@@ -135,11 +135,11 @@ void run_steps(Chain& chain, const TimeOptions& options, Console& console, Check
   };
   const auto checkpoint = [&] {
     if (checkpoints != nullptr) {
-      checkpoints->write(chain);
+      checkpoints->write(run);
     }
   };
   const auto checkpoint_by_clock = [&] {
-    if (checkpoints != nullptr && checkpoints->due_by_clock(chain.step())) {
+    if (checkpoints != nullptr && checkpoints->due_by_clock(run.step())) {
       checkpoint();
     }
   };
@@ -148,42 +148,42 @@ void run_steps(Chain& chain, const TimeOptions& options, Console& console, Check
     if (signal == SIGCONT) {
       return;
     }
-    chain.draw();
+    run.draw();
     tell_remarks();
-    throw Interrupted(
-        signal, "ended by " + signal_name(signal) + " at " + time_text(chain.time()) + " after step " +
-                    std::to_string(chain.step()) + ", which is the last frame and row" +
-                    (within_step ? "; step " + std::to_string(chain.step() + 1) + " had begun and is undone" : ""));
+    throw Interrupted(signal,
+                      "ended by " + signal_name(signal) + " at " + time_text(run.time()) + " after step " +
+                          std::to_string(run.step()) + ", which is the last frame and row" +
+                          (within_step ? "; step " + std::to_string(run.step() + 1) + " had begun and is undone" : ""));
   };
-  if (chain.length() == 0 || options.tolerance == 0) {
-    chain.length() = chain.length() == 0 ? options.step : std::min(chain.length(), options.step);
+  if (run.length() == 0 || options.tolerance == 0) {
+    run.length() = run.length() == 0 ? options.step : std::min(run.length(), options.step);
   }
   defer_stop_signals();
   while (!is_last()) {
     if (const int signal = stop_signal(console.comm()); signal != 0) {
       answer(signal, false);
     }
-    chain.keep();
-    double length = chain.length();  // before it is shortened to end at a frame or at the end of the run
+    run.keep();
+    double length = run.length();  // before it is shortened to end at a frame or at the end of the run
     const double rounding = 1e-9 * options.step;
-    double h = length_towards(options.end - chain.time(), length, rounding);
+    double h = length_towards(options.end - run.time(), length, rounding);
     if (options.tolerance > 0) {
-      const std::optional<double> frame = chain.next_frame_time();
-      if (frame && *frame - chain.time() > rounding) {
-        h = std::min(h, length_towards(*frame - chain.time(), length, rounding));
+      const std::optional<double> frame = run.next_frame_time();
+      if (frame && *frame - run.time() > rounding) {
+        h = std::min(h, length_towards(*frame - run.time(), length, rounding));
       }
     }
     int retries = 0;
     StepResult step;
     const auto advance = [&] {
       while (true) {
-        const bool heeds_sigcont = checkpoints != nullptr && checkpoints->lacks(chain.step());
+        const bool heeds_sigcont = checkpoints != nullptr && checkpoints->lacks(run.step());
         int signal = 0;
         try {
           signal = until_stopped(
-              console.comm(), [&] { step = chain.advance(h); }, heeds_sigcont);
+              console.comm(), [&] { step = run.advance(h); }, heeds_sigcont);
         } catch (const Error&) {
-          chain.restore();
+          run.restore();
           try {
             checkpoint();
           } catch (const Error&) {
@@ -197,50 +197,50 @@ void run_steps(Chain& chain, const TimeOptions& options, Console& console, Check
         if (signal == 0) {
           return step.converged;
         }
-        chain.restore();
+        run.restore();
         answer(signal, true);
       }
     };
     while (!advance() && h / 2 >= options.shortest_step()) {
-      chain.restore();
+      run.restore();
       h /= 2;
-      console.tell("step " + std::to_string(chain.step() + 1) + " at time " + time_text(chain.time()) +
+      console.tell("step " + std::to_string(run.step() + 1) + " at time " + time_text(run.time()) +
                    " failed: " + step.reason + "; tried again with " + time_text(h));
       length = h;
       ++retries;
       checkpoint_by_clock();
     }
     if (!step.converged) {
-      const std::string failed_state = draw_failed(chain, h);
-      chain.restore();
+      const std::string failed_state = draw_failed(run, h);
+      run.restore();
       std::string kept = "; the state before it is the last frame";
       try {
-        chain.draw();
+        run.draw();
         checkpoint();
       } catch (const Error& error) {
         kept = std::string("; of the state before it there is no frame: ") + error.what();
       }
       tell_remarks();
-      throw Error("step " + std::to_string(chain.step() + 1) + " at time " + std::to_string(chain.time()) +
+      throw Error("step " + std::to_string(run.step() + 1) + " at time " + std::to_string(run.time()) +
                   " s failed, down to a length of " + time_text(h) + ": " + step.reason + kept + failed_state);
     }
     counts.note(h, retries, step.newton_iterations);
-    chain.accept(without_drift(chain.time(), options.step));
-    write_step(chain, is_last() || chain.frame_due(), h, retries, checkpoint);
+    run.accept(without_drift(run.time(), options.step));
+    write_step(run, is_last() || run.frame_due(), retries, checkpoint);
     const double share =
-        std::max(chain.time() / options.end, options.max_steps > 0 ? chain.step() / double(options.max_steps) : 0.0);
-    console.progress({chain.step(), chain.time(), std::min(1.0, share), step.iterations, step.figures});
-    chain.length() = next_length(h, length, step, options);
+        std::max(run.time() / options.end, options.max_steps > 0 ? run.step() / double(options.max_steps) : 0.0);
+    console.progress({run.step(), run.time(), std::min(1.0, share), step.iterations, step.figures});
+    run.length() = next_length(h, length, step, options);
     if (is_last()) {
       checkpoint();
-    } else if (checkpoints != nullptr && checkpoints->due_by_steps(chain.step())) {
+    } else if (checkpoints != nullptr && checkpoints->due_by_steps(run.step())) {
       checkpoint();
     } else {
       checkpoint_by_clock();
     }
   }
-  if (!chain.ended().empty()) {
-    console.tell("ended at " + time_text(chain.time()) + ": " + chain.ended());
+  if (!run.ended().empty()) {
+    console.tell("ended at " + time_text(run.time()) + ": " + run.ended());
   }
   tell_remarks();
 }

@@ -7,16 +7,16 @@
 #include "io/console.h"
 #include "state/hdf5_file.h"
 #include "world/checkpoints.h"
-#include "world/object.h"
 #include "world/options.h"
+#include "world/step_result.h"
 
 namespace pellicle {
 inline namespace world {
 
-/// What the step control moves and writes, in practice the world. All calls are collective.
-class Chain {
+/// A run that is stepped and written, in practice a WorldOutput. All calls are collective.
+class SteppedRun {
  public:
-  virtual ~Chain() = default;
+  virtual ~SteppedRun() = default;
 
   virtual double time() const = 0;  ///< of the state [s]
   virtual int step() const = 0;     ///< accepted steps
@@ -52,15 +52,11 @@ class Chain {
   /// Writes all that is needed to go on from the present state and behind the present output. @throws Error, on all
   /// ranks
   virtual void save(Hdf5File& checkpoint) const = 0;
-  /// Continues the output of the run that has written a checkpoint, in its folder, instead of writing the first frame
-  /// and row. @throws Error, on all ranks, when the folder lacks what the checkpoint names
-  virtual void resume_output(const Hdf5File& checkpoint) = 0;
-
-  /// Adds a row to the history, about the step of length h [s] that was accepted after so many retries.
-  virtual void record(double h, int retries) = 0;
+  /// Adds a row to the history, about the last step. @param retries how often it was tried again
+  virtual void record(int retries) = 0;
 };
 
-/// Steps a chain to the end of the run, or until it has ended by itself; the caller writes the first frame and row.
+/// Steps to the end of the run, or until it has ended by itself; the caller writes the first frame and row.
 ///
 /// A step that fails is undone and tried again with half its length, down to `time.step` halved `time.max_retries`
 /// times, so that however hard a run becomes its steps do not become ever shorter. Afterwards the length doubles up to
@@ -72,7 +68,7 @@ class Chain {
 /// good state have been drawn; or when a frame or row could not be written, after the other one has been; Interrupted,
 /// on a signal
 /// Checkpoints are written where they are due and at the end, however the run ends.
-void run_steps(Chain& chain, const TimeOptions& options, Console& console, Checkpoints* checkpoints = nullptr);
+void run_steps(SteppedRun& run, const TimeOptions& options, Console& console, Checkpoints* checkpoints = nullptr);
 
 }  // namespace world
 }  // namespace pellicle

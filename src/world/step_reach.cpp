@@ -23,7 +23,7 @@ double way(const Rows& path, const Eigen::Vector3d& velocity, double from, doubl
 
 /// Diagonal of the undeformed surface's box, and the farthest that velocities and gravity alone carry an owned particle
 /// in a step, both [m]. Collective.
-std::array<double, 2> size_and_way(const Options& options, const Surface& surface, const ObjectState& state, double h) {
+std::array<double, 2> size_and_way(const Options& options, const Surface& surface, const State& state, double h) {
   constexpr double none = -std::numeric_limits<double>::max();
   std::array<double, 7> largest{none, none, none, none,
                                 none, none, 0};  // the box's upper and negative lower ends; a way
@@ -43,7 +43,7 @@ std::array<double, 2> size_and_way(const Options& options, const Surface& surfac
 
 }  // namespace
 
-std::string beyond_reach(const Options& options, const Surface& surface, const ObjectState& state, double h) {
+std::string beyond_reach(const Options& options, const Surface& surface, const State& state, double h) {
   constexpr double most_sizes = 1000;
   const double from = state.time;
   const double to = from + h;

@@ -2,6 +2,8 @@
 
 #include <array>
 
+#include "world/stage.h"
+
 namespace pellicle {
 inline namespace world {
 
@@ -25,26 +27,14 @@ std::array<KindOfWork, kinds_of_work> kinds_of(const Options& options) {
 
 }  // namespace
 
-std::vector<History::Column> work_columns(const Options& options) {
-  std::vector<History::Column> columns;
-  for (const auto& [column, applies] : kinds_of(options)) {
-    if (applies) {
-      columns.push_back({column, "J"});
-    }
-  }
-  return columns;
-}
-
-std::vector<double> work_values(const Options& options, const Eigen::VectorXd& works) {
-  std::vector<double> values;
+void report_work(Report& report, const Options& options, const Eigen::VectorXd& works) {
   Eigen::Index kind = 0;
   for (const auto& [column, applies] : kinds_of(options)) {
     if (applies) {
-      values.push_back(works[kind]);
+      report.add(column, "J", works[kind]);
     }
     ++kind;
   }
-  return values;
 }
 
 }  // namespace world

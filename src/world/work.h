@@ -1,15 +1,15 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <vector>
 
-#include "io/history.h"
 #include "world/options.h"
 
 namespace pellicle {
 inline namespace world {
 
-/// What does work on an object, besides contact (ContactWork): entries of ObjectState::work. The work of a step is that
+class Report;
+
+/// What does work on an object, besides contact (ContactWork): entries of State::work. The work of a step is that
 /// of the forces with which the step is in balance over its displacements. With steps of implicit Euler kinetic and
 /// elastic energy change by the sum of all works less what the steps damp, which falls with their length.
 enum class Work {
@@ -26,10 +26,8 @@ constexpr int kinds_of_work = 7;
 /// An entry of a vector of works [J].
 inline double& of(Eigen::VectorXd& works, Work kind) { return works[static_cast<Eigen::Index>(kind)]; }
 
-/// Columns of the works that an object with these options can have, such as gravity_work.
-std::vector<History::Column> work_columns(const Options& options);
-/// Their values. @param works of the object since time 0
-std::vector<double> work_values(const Options& options, const Eigen::VectorXd& works);
+/// Adds the works that an object with these options can have, such as gravity_work. @param works since time 0 [J]
+void report_work(Report& report, const Options& options, const Eigen::VectorXd& works);
 
 }  // namespace world
 }  // namespace pellicle

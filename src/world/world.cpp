@@ -1,54 +1,54 @@
 #include "world/world.h"
 
 #include <algorithm>
+#include <stdexcept>
 #include <utility>
 
-#include "world/non_finite.h"
+#include "world/load_mesh.h"
 
 namespace pellicle {
 inline namespace world {
 
 namespace {
 
-std::vector<FramePart> parts_of(const std::vector<World::Member>& members) {
-  std::vector<FramePart> parts;
-  for (const World::Member& member : members) {
-    parts.push_back({member.name, key_of(member.name)});
+std::vector<std::unique_ptr<Object>> objects_of(MPI_Comm comm, const RunPlan& plan) {
+  std::vector<std::unique_ptr<Object>> objects;
+  for (const auto& [name, options] : plan.objects) {
+    objects.push_back(about_object(heading_of(name), [&, &name = name, &options = options] {
+      return std::make_unique<Object>(name, options, comm, load_mesh(comm, options).rows);
+    }));
   }
-  return parts;
-}
-
-std::vector<FramePart> parts_of(const std::vector<BodyDrawing>& bodies) {
-  std::vector<FramePart> parts;
-  for (const BodyDrawing& body : bodies) {
-    parts.push_back(body.part);
-  }
-  return parts;
+  return objects;
 }
 
 }  // namespace
 
-World::World(OutputFolder& folder, const OutputOptions& options, std::vector<Member> members,
-             const std::vector<GroupPlan>& groups, std::vector<BodyDrawing> bodies)
-    : comm_(folder.comm()),
-      members_(std::move(members)),
-      bodies_(std::move(bodies)),
-      writer_(folder, options, parts_of(members_), parts_of(bodies_)),
-      fields_are_to_be_checked_(!options.fields.empty()) {
-  writer_.reserve_names();
+World::World(MPI_Comm comm, const RunPlan& plan) : World(objects_of(comm, plan), plan.groups) {}
+
+World::World(std::vector<std::unique_ptr<Object>> objects, const std::vector<GroupPlan>& groups)
+    : objects_(std::move(objects)) {
   for (const GroupPlan& plan : groups) {
-    std::vector<std::pair<Object*, StageClock*>> objects;
+    std::vector<Object*> members;
     for (const std::size_t i : plan.objects) {
-      objects.emplace_back(members_[i].object.get(), members_[i].clock.get());
+      members.push_back(objects_.at(i).get());
     }
-    groups_.push_back(std::make_unique<Group>(plan, objects, folder));
+    groups_.push_back(std::make_unique<Group>(plan, std::move(members)));
   }
+}
+
+Object& World::object(const std::string& name) {
+  for (const std::unique_ptr<Object>& object : objects_) {
+    if (object->name() == name) {
+      return *object;
+    }
+  }
+  throw std::logic_error("no object of the name " + name);
 }
 
 std::vector<std::pair<std::string, const StageClock*>> World::clocks() const {
   std::vector<std::pair<std::string, const StageClock*>> clocks;
-  for (const Member& member : members_) {
-    clocks.emplace_back(member.name, member.clock.get());
+  for (const std::unique_ptr<Object>& object : objects_) {
+    clocks.emplace_back(object->name(), &object->clock());
   }
   for (const std::unique_ptr<Group>& group : groups_) {
     if (group->clock() != nullptr) {
@@ -59,19 +59,42 @@ std::vector<std::pair<std::string, const StageClock*>> World::clocks() const {
 }
 
 double World::time() const {
-  double time = members_.front().object->state().time;
-  for (const Member& member : members_) {
-    time = std::max(time, static_cast<const Object&>(*member.object).state().time);
+  double time = 0;
+  for (const std::unique_ptr<Object>& object : objects_) {
+    time = std::max(time, std::as_const(*object).state().time);
   }
   return time;
 }
 
-int World::step() const {
+int World::steps() const {
   PetscInt step = 0;
-  for (const Member& member : members_) {
-    step = std::max(step, member.object->state().step);
+  for (const std::unique_ptr<Object>& object : objects_) {
+    step = std::max(step, std::as_const(*object).state().step);
   }
   return static_cast<int>(step);
+}
+
+StepResult World::step(double h) {
+  keep();
+  StepResult result = advance(h);
+  if (result.converged) {
+    accept(time());
+  } else {
+    restore();
+  }
+  return result;
+}
+
+void World::keep() {
+  for (const std::unique_ptr<Group>& group : groups_) {
+    if (group->clock() != nullptr) {
+      group->clock()->start_lap();
+    }
+  }
+  for (const std::unique_ptr<Object>& object : objects_) {
+    object->clock().start_lap();
+    object->keep();
+  }
 }
 
 StepResult World::advance(double h) {
@@ -94,9 +117,10 @@ StepResult World::advance(double h) {
 }
 
 void World::accept(double time) {
-  for (const Member& member : members_) {
-    if (is_present(member)) {
-      member.object->accept(time);
+  const int step = steps();
+  for (const std::unique_ptr<Object>& object : objects_) {
+    if (object->state().step == step) {
+      object->accept(time);
     }
   }
   for (const std::unique_ptr<Group>& group : groups_) {
@@ -104,157 +128,53 @@ void World::accept(double time) {
   }
 }
 
-void World::keep() {
-  for (const std::unique_ptr<Group>& group : groups_) {
-    if (group->clock() != nullptr) {
-      group->clock()->start_lap();
-    }
-  }
-  for (const Member& member : members_) {
-    member.clock->start_lap();
-    member.object->keep();
-  }
-}
-
 void World::restore() {
-  for (const Member& member : members_) {
-    member.object->restore();
+  for (const std::unique_ptr<Object>& object : objects_) {
+    object->restore();
   }
 }
 
 std::string World::ended() const {
   std::string reasons;
   bool goes_on = false;
-  for (const Member& member : members_) {
-    const std::string reason = member.object->ended();
+  for (const std::unique_ptr<Object>& object : objects_) {
+    const std::string& reason = object->ended();
     goes_on = goes_on || reason.empty();
-    reasons += reason.empty() ? "" : (reasons.empty() ? "" : "; ") + heading_of(member.name) + reason;
-    if (!reason.empty() && !member.object->is_gone()) {
-      return heading_of(member.name) + reason;
+    reasons += reason.empty() ? "" : (reasons.empty() ? "" : "; ") + heading_of(object->name()) + reason;
+    if (!reason.empty() && !object->is_gone()) {
+      return heading_of(object->name()) + reason;
     }
   }
   return goes_on ? "" : reasons;
 }
 
-std::vector<std::string> World::gather(std::vector<std::string> (Object::*lines)() const) const {
-  std::vector<std::string> all;
-  for (const Member& member : members_) {
-    for (const std::string& line : ((*member.object).*lines)()) {
-      all.push_back(heading_of(member.name) + line);
+std::vector<std::string> World::first_remarks() const {
+  std::vector<std::string> lines;
+  for (const std::unique_ptr<Object>& object : objects_) {
+    for (const std::string& line : object->first_remarks()) {
+      lines.push_back(heading_of(object->name()) + line);
     }
   }
-  return all;
+  for (const std::unique_ptr<Group>& group : groups_) {
+    const std::vector<std::string> of_group = group->first_remarks();
+    lines.insert(lines.end(), of_group.begin(), of_group.end());
+  }
+  return lines;
 }
 
-std::vector<std::string> World::first_remarks() const {
-  std::vector<std::string> lines = gather(&Object::first_remarks);
-  for (const std::unique_ptr<Group>& group : groups_) {
-    for (const std::string& line : group->first_remarks()) {
-      lines.push_back(line);
+std::vector<std::string> World::remarks() const {
+  std::vector<std::string> lines;
+  for (const std::unique_ptr<Object>& object : objects_) {
+    for (const std::string& line : object->remarks()) {
+      lines.push_back(heading_of(object->name()) + line);
     }
   }
   return lines;
 }
 
-void World::check_chosen_fields() {
-  if (!std::exchange(fields_are_to_be_checked_, false)) {
-    return;
-  }
-  std::vector<std::string> known;
-  for (const Member& member : members_) {
-    member.object->draw([&known](const Frame& frame) {
-      for (const std::string& name : field_names(frame)) {
-        if (std::find(known.begin(), known.end(), name) == known.end()) {
-          known.push_back(name);
-        }
-      }
-      return false;
-    });
-  }
-  writer_.require_chosen_fields(known);
-}
-
-void World::draw() {
-  if (!writer_.lacks(step())) {
-    return;
-  }
-  check_chosen_fields();
-  auto missing = std::count_if(members_.begin(), members_.end(), [this](const Member& m) { return is_present(m); });
-  for (std::size_t i = 0; i < members_.size(); ++i) {
-    if (is_present(members_[i])) {
-      members_[i].object->draw([&](const Frame& frame) {
-        writer_.write(i, frame);
-        if (--missing == 0) {  // The object may still fail to write its tables: by then the frame exists.
-          draw_bodies(time());
-          writer_.complete(time(), step());
-        }
-        return true;
-      });
-    }
-  }
-}
-
-void World::draw_bodies(double time) {
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    const BodyDrawing& body = bodies_[i];
-    if (body.from <= time && time < body.to) {
-      writer_.write_body(i, {body.shape, body.motion.at(time)}, time);
-    }
-  }
-}
-
-std::string World::draw_failed(double h) {
-  FrameWriter writer = writer_.of_failed_state();
-  double start = time();  // Objects before the one that failed are already at the end of the step.
-  for (const Member& member : members_) {
-    start = member.object->is_gone() ? start : std::min(start, member.object->state().time);
-  }
-  bool was_finite = true;
-  for (std::size_t i = 0; i < members_.size(); ++i) {
-    Object& object = *members_[i].object;
-    if (object.is_gone()) {
-      continue;
-    }
-    was_finite = !make_finite(comm_, object.state()) && was_finite;
-    object.draw([&](Frame frame) {
-      frame.time = start + h;
-      writer.write(i, frame);
-      return false;
-    });
-  }
-  writer.complete(start + h, step());
-  return writer.file() + (was_finite ? "" : ", with 0 in place of numbers that are not finite");
-}
-
-void World::record(double h, int retries) {
-  for (const Member& member : members_) {
-    if (is_present(member) || h == 0) {  // The first row of a folder also includes removed objects.
-      member.object->record(h, retries);
-    }
-  }
-  for (const std::unique_ptr<Group>& group : groups_) {
-    group->record(time(), step());
-  }
-}
-
 void World::save(Hdf5File& checkpoint) const {
-  for (const Member& member : members_) {
-    member.object->save(checkpoint);
-  }
-  for (const std::unique_ptr<Group>& group : groups_) {
-    group->save(checkpoint);
-  }
-  writer_.save(checkpoint);
-}
-
-void World::resume_output(const Hdf5File& checkpoint) {
-  check_chosen_fields();
-  writer_.resume(checkpoint);
-  for (const Member& member : members_) {
-    member.object->resume_output(checkpoint);
-  }
-  for (const std::unique_ptr<Group>& group : groups_) {
-    group->resume_output(checkpoint);
+  for (const std::unique_ptr<Object>& object : objects_) {
+    object->save(checkpoint);
   }
 }
 

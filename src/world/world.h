@@ -1,73 +1,74 @@
 #pragma once
 
+#include <deque>
 #include <memory>
-#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/stage_clock.h"
-#include "io/frame_writer.h"
-#include "world/body_drawings.h"
+#include "state/hdf5_file.h"
 #include "world/group.h"
-#include "world/step_control.h"
+#include "world/object.h"
+#include "world/run_plan.h"
+#include "world/step_result.h"
 
 namespace pellicle {
 inline namespace world {
 
-/// The objects of a run with a common clock: either all of them accept a step, or none does.
-class World : public Chain {
+/// Objects with a common clock, which step together: either all of them accept a step, or none does. A world writes
+/// nothing. All calls are collective over the communicator of the objects.
+class World {
  public:
-  /// An object and the clock of its stages.
-  struct Member {
-    std::string name;  ///< empty: the run has one object, without a name
-    std::unique_ptr<StageClock> clock;
-    std::unique_ptr<Object> object;
-  };
+  /// @param objects at least one, with the names by which the groups know them @param groups each object in one of them
+  /// @throws Error on links between objects whose gas or air differs, and on surfaces that cross at the start
+  World(std::vector<std::unique_ptr<Object>> objects, const std::vector<GroupPlan>& groups);
+  /// The objects of a run at time 0, with the meshes that their options name. @throws Error on bad input, as a run does
+  World(MPI_Comm comm, std::deque<NamedOptions> objects) : World(comm, plan_run(std::move(objects))) {}
 
-  /// The folder must outlive it. Collective. @throws Error if two objects or bodies would write the same file
-  /// @param members at least one
-  /// @param groups each member in one of them @param bodies that frames show beside them
-  World(OutputFolder& folder, const OutputOptions& options, std::vector<Member> members,
-        const std::vector<GroupPlan>& groups, std::vector<BodyDrawing> bodies = {});
-
-  const std::vector<Member>& members() const { return members_; }
+  const std::vector<std::unique_ptr<Object>>& objects() const { return objects_; }
+  /// @throws std::logic_error if there is none of this name
+  Object& object(const std::string& name);
+  const std::vector<std::unique_ptr<Group>>& groups() const { return groups_; }
+  MPI_Comm comm() const { return objects_.front()->surface().comm(); }
   /// The clocks of all stages, with the names of the objects that they belong to.
   std::vector<std::pair<std::string, const StageClock*>> clocks() const;
 
-  double time() const override;
-  int step() const override;
-  double& length() override { return members_.front().object->state().next_length; }
-  StepResult advance(double h) override;
-  void accept(double time) override;
-  void keep() override;
-  void restore() override;
-  std::string ended() const override;
-  /// See Object::first_remarks.
+  double time() const;                                                ///< [s]
+  int steps() const;                                                  ///< accepted steps
+  double& length() { return objects_.front()->state().next_length; }  ///< of the next step [s]; 0: not known yet
+
+  /// Makes a step of length h [s] and accepts it; undoes it where it does not converge.
+  StepResult step(double h);
+
+  // The parts of `step`, for those who decide themselves what becomes of it.
+
+  /// Keeps a copy of the state ...
+  void keep();
+  /// ... tries a step from it; where it does not converge, time and number of steps stay and the rest of the state may
+  /// be anything; ...
+  StepResult advance(double h);
+  /// ... accepts it, at a time that differs from time() by rounding alone, ...
+  void accept(double time);
+  /// ... or restores the copy.
+  void restore();
+
+  /// Why no further step can be made; empty as long as one can.
+  std::string ended() const;
+  /// Whether an object took part in the last step: one of which nothing is left stays where it was.
+  bool is_present(const Object& object) const { return object.state().step == steps(); }
+  /// Lines for the start of the run's log.
   std::vector<std::string> first_remarks() const;
-  std::vector<std::string> remarks() const override { return gather(&Object::remarks); }
-  bool frame_due() const override { return writer_.due(time(), step()); }
-  std::optional<double> next_frame_time() const override { return writer_.next_time(time()); }
-  void draw() override;
-  std::string draw_failed(double h) override;
-  void record(double h, int retries) override;
-  void save(Hdf5File& checkpoint) const override;
-  void resume_output(const Hdf5File& checkpoint) override;
+  /// Lines about the run as a whole for the end of the log.
+  std::vector<std::string> remarks() const;
+  /// Writes all objects. @throws Error, on all ranks
+  void save(Hdf5File& checkpoint) const;
 
  private:
-  /// Refuses names in `output.fields` that are fields of no object.
-  void check_chosen_fields();
-  void draw_bodies(double time);
-  /// Lines of all objects, with their headings.
-  std::vector<std::string> gather(std::vector<std::string> (Object::*lines)() const) const;
-  /// Whether the object took part in the last step: an object of which nothing is left stays where it was.
-  bool is_present(const Member& member) const { return member.object->state().step == step(); }
+  World(MPI_Comm comm, const RunPlan& plan);
 
-  MPI_Comm comm_;
-  std::vector<Member> members_;
-  std::vector<BodyDrawing> bodies_;
+  std::vector<std::unique_ptr<Object>> objects_;
   std::vector<std::unique_ptr<Group>> groups_;
-  FrameWriter writer_;
-  bool fields_are_to_be_checked_;
 };
 
 }  // namespace world

@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 #include <petscksp.h>
 
+#include <array>
 #include <functional>
 #include <memory>
 #include <string>
@@ -16,11 +17,11 @@
 
 #include "base/error.h"
 #include "base/handle.h"
-#include "surface/shell.h"
+#include "equilibrium/equilibrium.h"
 #include "tests/allocations/allocation_counter.h"
-#include "tests/support/alone.h"
 #include "tests/support/grid_mesh.h"
-#include "world/burn.h"
+#include "world/chain.h"
+#include "world/group.h"
 
 namespace pellicle {
 namespace {
@@ -66,29 +67,42 @@ TEST_P(AllocationsOfAStep, AreNone) {
   Options options;
   GetParam().set(options);
   options.sheet.thickness = 0.02;
-  options.sheet.is_one_surface = options.dynamics == Dynamics::elastic;
   options.sheet.perturbation = 0.01;
   options.pins["hooks"].vertices = {0, 1};
   HeatSource ball;
   ball.radius = 0.3;
   options.heat.sources["ball"] = ball;
   options.combustion.ignition_temperature = 350;  // It burns, but nothing is burnt through.
-  const Sheet sheet = make_sheet(PETSC_COMM_WORLD, grid_mesh(30, 20, 0.05), options.sheet);
-  StageClock clock(Burn::stage_names());
-  Burn burn(sheet, options, clock);
-  State state = burn.initial_state();
-  burn.follow(state);
-  Alone<Burn> alone(burn);
-  constexpr double h = 2e-3;  // [s]
-  for (int step = 0; step < 3; ++step) {
-    ASSERT_TRUE(alone.advance(state, h).converged);
+  const std::unique_ptr<Chain> chain = make_chain(options);
+  const std::shared_ptr<const Surface> sheet =
+      chain->make_surface(PETSC_COMM_WORLD, rows_of(PETSC_COMM_WORLD, grid_mesh(30, 20, 0.05)));
+  const std::unique_ptr<State> state = chain->initial_state(*sheet);
+  StageClock clock(chain->clock_names());
+  Textures textures(PETSC_COMM_WORLD);
+  const Stages stages = chain->make_stages(*sheet, *state, clock, textures);
+  for (const std::unique_ptr<Stage>& stage : stages.all) {
+    stage->start();
   }
-  const auto expect_none = [](const std::string& stage, const std::function<bool()>& run, bool is_balanced = false,
-                              bool has_factors = false) {
+  for (const std::unique_ptr<Stage>& stage : stages.all) {
+    stage->follow();
+  }
+  MotionStage& motion = *stages.motion;
+  const GroupPlan plan = plan_of("", options);
+  Equilibrium equilibrium({{"", &motion, plan.touches[0]}}, plan.contact, plan.newton, clock, motion.stage());
+  const std::array<std::string, 7> names{"heat",   "combustion", "shrinkage",   "ablation",
+                                         "motion", "strain",     "heat balance"};
+  ASSERT_EQ(stages.all.size(), names.size());
+  bool is_counted = false;
+  const auto expect_none = [&](const std::string& stage, const std::function<bool()>& run, bool moves) {
     const Requests before = requests();
     const bool converged = run();
     const Requests found = requests() - before;
     EXPECT_TRUE(converged) << stage;
+    if (!is_counted) {
+      return;
+    }
+    const bool is_balanced = moves && GetParam().is_balanced;
+    const bool has_factors = moves && GetParam().has_factors;
     EXPECT_EQ(found.own, 0) << stage;
     EXPECT_EQ(found.objects, 0) << stage;
     if (!has_factors && !is_balanced) {
@@ -98,27 +112,31 @@ TEST_P(AllocationsOfAStep, AreNone) {
       EXPECT_EQ(found.option_lookups, 0) << stage;
     }
   };
-  for (int step = 0; step < 3; ++step) {
-    expect_none("heat", [&] {
-      const StageResult heated = burn.heat(state, h);
-      return heated.converged && heated.iterations > 0;
-    });
-    expect_none("combustion", [&] {
-      burn.combustion(state, h);
-      return true;
-    });
-    expect_none("ablation", [&] { return !burn.ablation(state, h); });
+  for (int n = 0; n < 6 && !HasFailure(); ++n) {
+    is_counted = n >= 3;
+    Step step;
+    step.h = 2e-3;
+    const auto expect_none_of_all = [&](const std::string& what, StageResult (Stage::*part)(Step&)) {
+      for (std::size_t i = 0; i < names.size(); ++i) {
+        Stage& stage = *stages.all[i];
+        expect_none(
+            names[i] + what, [&] { return (stage.*part)(step).converged; }, &stage == &motion);
+      }
+    };
+    expect_none_of_all(" at the beginning", &Stage::begin);
     expect_none(
-        "dynamics",
+        "balance",
         [&] {
-          if (!burn.begin_dynamics(state, h).converged) {
-            return false;
-          }
-          const DynamicsResult moved = burn.end_dynamics(state, alone.solve(h));
-          return moved.converged && moved.iterations > 0;
+          step.balance = equilibrium.solve(step.h);
+          return step.balance.converged && motion.take_balance(step).converged;
         },
-        GetParam().is_balanced, GetParam().has_factors);
-    expect_none("end of the step", [&] { return burn.end_step(state, h).converged; });
+        true);
+    expect_none_of_all(" at the end", &Stage::end);
+    EXPECT_GT(step.heat_iterations, 0);
+    EXPECT_GT(step.motion_iterations, 0);
+    EXPECT_FALSE(step.has_burnt);
+    state->time += step.h;
+    ++state->step;
   }
 }
 

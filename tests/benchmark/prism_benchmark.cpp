@@ -24,7 +24,6 @@
 
 #include "base/arguments.h"
 #include "base/error.h"
-#include "base/stage_clock.h"
 #include "geometry/pressure_load.h"
 #include "meshing/closed_shapes.h"
 #include "prism/damping_potential.h"
@@ -35,7 +34,6 @@
 #include "surface/membrane.h"
 #include "tests/benchmark/triad.h"
 #include "tests/support/alone.h"
-#include "world/inflate.h"
 #include "world/load_mesh.h"
 #include "world/options.h"
 
@@ -277,27 +275,28 @@ Options balloon_options(const std::string& deck) {
 
 /// A balloon after 0.2 s.
 struct HalfBlown {
-  explicit HalfBlown(const std::string& deck) : options(balloon_options(deck)) {
-    membrane = make_membrane(PETSC_COMM_SELF, load_mesh(PETSC_COMM_SELF, options.mesh).mesh, {});
-    StageClock clock(Inflate::stage_names());
+  explicit HalfBlown(const std::string& deck)
+      : options(balloon_options(deck)),
+        mesh(load_mesh(PETSC_COMM_SELF, options.mesh).mesh),
+        membrane(make_membrane(PETSC_COMM_SELF, mesh, options.sheet)),
+        state(membrane.particles, {membrane.elements.owned, membrane.elements.local()}) {
     Options converging = options;  // while the wall is slack, three iterations are too few
     converging.prism.newton = "converged";
     converging.prism.max_iterations = 100;
-    Inflate inflate(membrane, converging, clock);
-    Alone<Inflate> alone(inflate);
-    state = std::make_unique<BalloonState>(inflate.initial_state());
+    Alone balloon(mesh, converging, ChainKind::inflate, PETSC_COMM_SELF);
     for (int step = 0; step < 20; ++step) {
-      const InflateStep result = alone.advance(*state, options.time.step);
+      const AloneStep result = balloon.advance(options.time.step);
       if (!result.converged) {
         throw Error("a step of the benchmark failed: " + result.reason);
       }
-      state->time += options.time.step;
     }
+    state = balloon.state();
   }
 
   Options options;
+  SurfaceMesh mesh;
   Membrane membrane;
-  std::unique_ptr<BalloonState> state;
+  FieldRegistry state;
 };
 
 /// A way to make a step.
@@ -318,14 +317,11 @@ void step(benchmark::State& state, const Way& way, const std::string& deck) {
   options.gas.tangent = way.gas_tangent;
   options.prism.ksp_rtol = way.ksp_rtol;
   set(way.petsc);
-  StageClock clock(Inflate::stage_names());
-  Inflate inflate(half_blown.membrane, options, clock);
-  BalloonState balloon_state = inflate.initial_state();
-  Alone<Inflate> alone(inflate);
-  InflateStep result;
+  Alone balloon(half_blown.mesh, options, ChainKind::inflate, PETSC_COMM_SELF);
+  AloneStep result;
   const auto advance = [&] {
-    balloon_state = *half_blown.state;
-    result = alone.advance(balloon_state, options.time.step);
+    balloon.state() = half_blown.state;
+    result = balloon.advance(options.time.step);
   };
   advance();  // The first one also makes what is kept from step to step.
   for (auto _ : state) {
@@ -335,8 +331,8 @@ void step(benchmark::State& state, const Way& way, const std::string& deck) {
     state.SkipWithError(result.reason.c_str());
   }
   state.counters["newton"] = result.newton_iterations;
-  state.counters["iterations"] = result.linear_iterations;
-  state.counters["residual"] = result.residual;
+  state.counters["iterations"] = result.motion_iterations;
+  state.counters["residual"] = result.balance.residual;
   clear(way.petsc);
 }
 

@@ -368,7 +368,7 @@ TEST(ElasticSheetTest, a_step_that_starts_beyond_the_limit_finds_back_alike_on_a
 TEST(ElasticSheetTest, a_limit_that_cannot_be_kept_is_passed) {
   const auto ends = [](const Eigen::Vector3d& r) { return r.x() < 1e-9 || r.x() > 0.8 - 1e-9; };
   const LimitedStep step(PETSC_COMM_WORLD, 0.8, 0.02, ends);
-  EXPECT_GT(step.strain.largest, 0.02) << "which Burn refuses";
+  EXPECT_GT(step.strain.largest, 0.02) << "which the motion of a sheet refuses";
 }
 
 }  // namespace

@@ -245,7 +245,7 @@ TEST_F(WorldTest, NamesThatWouldShareAFileAreRefused) {
        "file names_springs_a_000000.pvtp"},
       {"objects: {failed_a: {}, a: {}}\n", "objects.failed_a and objects.a", "file names_failed_a_000000.pvtp"},
       {"objects: {Sheet: {}, sheet: {}}\n", "objects.Sheet and objects.sheet",
-       "file pieces_sheet.csv (or pieces_Sheet.csv, which differs by upper and lower case alone)"},
+       "file history_sheet.csv (or history_Sheet.csv, which differs by upper and lower case alone)"},
       {"bodies: {b" + at_rest + ", B" + at_rest + "}\n", "bodies.B and bodies.b",
        "column force_b_x (or force_B_x, which differs by upper and lower case alone)"},
   };

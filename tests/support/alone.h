@@ -1,68 +1,88 @@
 #pragma once
 
-#include <type_traits>
+#include <mpi.h>
+
+#include <string>
+#include <utility>
 
 #include "equilibrium/equilibrium.h"
+#include "surface/membrane.h"
+#include "surface/mesh_rows.h"
+#include "surface/sheet.h"
 #include "world/group.h"
-#include "world/inflate.h"
+#include "world/object.h"
 
 namespace pellicle {
 
-/// A sheet or a balloon that steps by itself.
-/// @tparam Chain Burn or Inflate
-template <class Chain>
+/// How a step of an object that is alone has ended.
+struct AloneStep : Step {
+  bool converged = true;
+  std::string reason;  ///< of a failure, in words
+};
+
+/// An object without a name that steps by itself; its steps are not accepted, so that its surface is never numbered
+/// anew.
 class Alone {
  public:
-  /// @param chain must outlive it
-  explicit Alone(Chain& chain)
-      : chain_(chain),
-        plan_(plan_of("", options_of(chain))),
-        clock_({chain.stage()}),
-        equilibrium_({{"", &chain, plan_.touches[0]}}, plan_.contact, plan_.newton, clock_, chain.stage()) {}
+  /// @param mesh on all ranks, of which rank 0's counts
+  Alone(const SurfaceMesh& mesh, Options options, ChainKind chain = ChainKind::burn, MPI_Comm comm = PETSC_COMM_WORLD)
+      : object("", of_chain(std::move(options), chain), comm, rows_of(comm, mesh)),
+        plan_(plan_of("", object.options())),
+        clock_({object.motion().stage()}),
+        equilibrium_({{"", &object.motion(), plan_.touches[0]}}, plan_.contact, plan_.newton, clock_,
+                     object.motion().stage()) {}
 
-  /// One step of length h [s]. @returns BurnStep or InflateStep
-  template <class State>
-  auto advance(State& state, double h) {
-    auto step = chain_.begin(state, h);
+  /// One step of length h [s].
+  AloneStep advance(double h) {
+    AloneStep step;
+    const auto take = [&](const StageResult& result) {
+      step.converged = result.converged;
+      step.reason = result.reason;
+    };
+    take(object.begin(h));
     if (step.converged) {
       const EquilibriumResult balance = equilibrium_.solve(h);
       step.converged = balance.converged;
       step.reason = balance.reason;
-      step.newton_iterations = balance.newton_iterations;
       if (balance.converged) {
         if (!balance.contact_work.empty()) {
-          state.contact_work += balance.contact_work[0].pressing;
-          state.friction_work += balance.contact_work[0].friction;
+          state().contact_work += balance.contact_work[0].pressing;
+          state().friction_work += balance.contact_work[0].friction;
         }
-        chain_.end(state, balance, step);
+        take(object.end(balance));
       }
     }
+    static_cast<Step&>(step) = object.last_step();
     return step;
   }
 
+  State& state() { return object.state(); }
+  const State& state() const { return object.state(); }
+  BurningFields& burning() { return *object.state().burning; }
+  const BurningFields& burning() const { return *object.state().burning; }
+  const Surface& surface() const { return object.surface(); }
+  const Sheet& sheet() const { return static_cast<const Sheet&>(object.surface()); }
+  const Membrane& membrane() const { return static_cast<const Membrane&>(object.surface()); }
+  const Chambers& chambers() const { return *object.chambers(); }
+  /// A number of the history about the last step, by its column. Collective.
+  double figure(const std::string& column) const { return object.report(0, false).at(column); }
   /// Null: nothing touches.
   const SurfaceContact* contact() const { return equilibrium_.contact(); }
   /// The balance of a step that has begun.
   EquilibriumResult solve(double h) { return equilibrium_.solve(h); }
 
+  Object object;
+
  private:
-  /// Whether or not they say which chain it is.
-  static Options options_of(const Chain& chain) {
-    Options options = chain.options();
-    options.chain = std::is_same_v<Chain, Inflate> ? ChainKind::inflate : ChainKind::burn;
+  /// Whether or not the options say which chain it is.
+  static Options of_chain(Options options, ChainKind chain) {
+    options.chain = chain;
     return options;
   }
 
-  Chain& chain_;
   GroupPlan plan_;
   StageClock clock_;
   Equilibrium equilibrium_;
 };
-
-/// One step of length h [s], by an equilibrium of its own.
-template <class Chain, class State>
-auto advance_alone(Chain& chain, State& state, double h) {
-  return Alone<Chain>(chain).advance(state, h);
-}
 
 }  // namespace pellicle

@@ -6,7 +6,6 @@
 #include <sstream>
 
 #include "state/hdf5_file.h"
-#include "surface/shell.h"
 #include "tests/io/files.h"
 #include "tests/support/frames.h"
 #include "tests/support/grid_mesh.h"
@@ -40,45 +39,43 @@ class AddedField : public ::testing::Test {
   std::ostringstream silent_;
   Console console_{PETSC_COMM_WORLD, 0, silent_, false};
   RunFolder run_folder_{options_.output};
-  OneObject<BurnRun> run_{make_sheet(PETSC_COMM_WORLD, grid_mesh(5, 1, 0.1), options_.sheet), options_,
-                          run_folder_.output, console_};
+  OneObject run_{grid_mesh(5, 1, 0.1), options_, run_folder_.output, console_};
 
   void declare() {
-    Field& damp = run_.object().state().add<Field>({"dampness", "kg/m^2", Item::particle, Drawn::yes});
-    for (PetscInt i = 0; i < run_.object().sheet().particles.local(); ++i) {
-      damp.data()[i] = dampness(run_.object().sheet().persistent_id[i]);
+    Field& damp = run_.state().add<Field>({"dampness", "kg/m^2", Item::particle, Drawn::yes});
+    for (PetscInt i = 0; i < run_.sheet().particles.local(); ++i) {
+      damp.data()[i] = dampness(run_.sheet().persistent_id[i]);
     }
-    run_.object().state().add<PetscInt>({"visits", "", Item::object}) = 7;
-    run_.object().state().add<std::vector<bool>>({"marked", "", Item::cell}).flip();
+    run_.state().add<PetscInt>({"visits", "", Item::object}) = 7;
+    run_.state().add<std::vector<bool>>({"marked", "", Item::cell}).flip();
   }
 
-  static void expect_there(BurnRun& run) {
-    const FieldRegistry::Entry* entry = run.state().find("dampness");
+  static void expect_there(Object& object) {
+    const FieldRegistry::Entry* entry = object.state().find("dampness");
     ASSERT_NE(entry, nullptr);
     EXPECT_EQ(entry->declaration.unit, "kg/m^2");
     EXPECT_EQ(entry->declaration.drawn, Drawn::yes);
     const Field& damp = *std::get<Field*>(entry->storage);
-    ASSERT_EQ(damp.values().cols(), run.sheet().particles.local());
-    for (PetscInt i = 0; i < run.sheet().particles.local(); ++i) {
-      EXPECT_EQ(damp.data()[i], dampness(run.sheet().persistent_id[i]));
+    ASSERT_EQ(damp.values().cols(), object.surface().particles.local());
+    for (PetscInt i = 0; i < object.surface().particles.local(); ++i) {
+      EXPECT_EQ(damp.data()[i], dampness(object.surface().persistent_id[i]));
     }
-    EXPECT_EQ(*std::get<PetscInt*>(run.state().find("visits")->storage), 7);
-    const auto& marked = *std::get<std::vector<bool>*>(run.state().find("marked")->storage);
-    EXPECT_EQ(marked, std::vector<bool>(run.sheet().cells.size(), true));
+    EXPECT_EQ(*std::get<PetscInt*>(object.state().find("visits")->storage), 7);
+    const auto& marked = *std::get<std::vector<bool>*>(object.state().find("marked")->storage);
+    EXPECT_EQ(marked, std::vector<bool>(object.surface().cells.size(), true));
   }
 
   void step() {
-    const StepResult result = run_.advance(2e-3);
+    const StepResult result = run_.world().step(2e-3);
     ASSERT_TRUE(result.converged) << result.reason;
-    run_.accept(run_.time());
-    run_.record(2e-3, 0);
+    run_.record(0);
   }
 };
 
 TEST_F(AddedField, IsPutBackWithAStep) {
   declare();
   run_.keep();
-  spoil(run_.object().state());
+  spoil(run_.state());
   run_.restore();
   expect_there(run_.object());
 }
@@ -86,14 +83,14 @@ TEST_F(AddedField, IsPutBackWithAStep) {
 TEST_F(AddedField, MovesWhenTheSheetIsCompacted) {
   declare();
   run_.draw();
-  const PetscInt before = run_.object().sheet().elements.global;
+  const PetscInt before = run_.sheet().elements.global;
   // The last of five cells has burnt away, with its corners.
-  Field& mass = *std::get<Field*>(run_.object().state().find("mass")->storage);
-  for (PetscInt i = 0; i < run_.object().sheet().particles.local(); ++i) {
-    mass.data()[i] *= run_.object().sheet().rest(0, i) > 0.35 ? 0.4 : 1;
+  Field& mass = *std::get<Field*>(run_.state().find("mass")->storage);
+  for (PetscInt i = 0; i < run_.sheet().particles.local(); ++i) {
+    mass.data()[i] *= run_.sheet().rest(0, i) > 0.35 ? 0.4 : 1;
   }
   step();
-  ASSERT_LT(run_.object().sheet().elements.global, before) << "nothing was compacted";
+  ASSERT_LT(run_.sheet().elements.global, before) << "nothing was compacted";
   expect_there(run_.object());
 }
 
@@ -107,17 +104,14 @@ TEST_F(AddedField, IsInACheckpointAndComparedWithIt) {
     file.close();
   }
   const Hdf5File file(PETSC_COMM_WORLD, folder_ / "state.h5", Hdf5File::Mode::read);
-  OutputOptions elsewhere = options_.output;
-  elsewhere.directory = folder_ / "again";
-  RunFolder other(elsewhere);
-  BurnRun again(file, options_, {other.output, console_, run_.clock(), ""});
+  Object again("", options_, file);
   expect_there(again);
-  for (const auto& [name, difference] : differences(run_.object().state(), again.state())) {
+  for (const auto& [name, difference] : differences(run_.state(), again.state())) {
     EXPECT_EQ(difference, 0) << name;
   }
-  if (again.sheet().particles.owned > 0) {
+  if (again.surface().particles.owned > 0) {
     std::get<Field*>(again.state().find("dampness")->storage)->data()[0] += 1;
-    for (const auto& [name, difference] : differences(run_.object().state(), again.state())) {
+    for (const auto& [name, difference] : differences(run_.state(), again.state())) {
       EXPECT_EQ(difference > 0, name == "dampness") << name;
     }
   }

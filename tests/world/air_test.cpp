@@ -5,37 +5,21 @@
 #include <cmath>
 
 #include "meshing/closed_shapes.h"
-#include "surface/shell.h"
-#include "tests/support/alone.h"
 #include "tests/support/grid_mesh.h"
-#include "tests/support/solver_options.h"
 #include "tests/world/static_balloon.h"
-#include "world/burn.h"
 
 namespace pellicle::air_test {
 namespace {
 
-/// A sheet with its chain and its state.
-struct FlyingSheet {
-  explicit FlyingSheet(Options given)
-      : options(std::move(given)),
-        sheet(make_sheet(PETSC_COMM_WORLD, grid_mesh(6, 4, 0.05), options.sheet)),
-        clock(Burn::stage_names()),
-        burn(sheet, options, clock),
-        state(burn.initial_state()) {}
+struct FlyingSheet : Alone {
+  explicit FlyingSheet(const Options& options) : Alone(grid_mesh(6, 4, 0.05), options) {}
 
-  void advance(int steps, double h) {
+  void go(int steps, double h) {
     for (int step = 0; step < steps; ++step) {
-      const BurnStep result = advance_alone(burn, state, h);
+      const AloneStep result = advance(h);
       ASSERT_TRUE(result.converged) << "step " << step + 1 << ": " << result.reason;
     }
   }
-
-  Options options;
-  Sheet sheet;
-  StageClock clock;
-  Burn burn;
-  State state;
 };
 
 Options in_still_air() {
@@ -51,10 +35,10 @@ TEST(Air, FlatSheetFallsAtItsTerminalSpeedWhateverTheStep) {
     Options options = in_still_air();
     options.elastic.snes_rtol = 1e-10;
     FlyingSheet sheet(options);
-    sheet.advance(h < 0.01 ? 500 : 12, h);
+    sheet.go(h < 0.01 ? 500 : 12, h);
     const double expected = std::sqrt(2 * 0.08 * 9.81 / (1.2 * 1.17));
-    for (PetscInt i = 0; i < sheet.sheet.particles.owned; ++i) {
-      EXPECT_NEAR(sheet.state.velocity.vector(i)[2], -expected, 1e-6 * expected) << h;
+    for (PetscInt i = 0; i < sheet.surface().particles.owned; ++i) {
+      EXPECT_NEAR(sheet.state().velocity.vector(i)[2], -expected, 1e-6 * expected) << h;
     }
   }
 }
@@ -64,9 +48,9 @@ TEST(Air, FallFollowsTheHyperbolicTangent) {
   FlyingSheet sheet(in_still_air());
   const double terminal = std::sqrt(2 * 0.08 * 9.81 / (1.2 * 1.17));
   for (int k = 1; k <= 4; ++k) {
-    sheet.advance(40, h);
+    sheet.go(40, h);
     const double expected = terminal * std::tanh(9.81 * 40 * h * k / terminal);
-    EXPECT_NEAR(sheet.state.velocity.vector(0)[2], -expected, 5 * h * terminal) << k;
+    EXPECT_NEAR(sheet.state().velocity.vector(0)[2], -expected, 5 * h * terminal) << k;
   }
 }
 
@@ -82,10 +66,10 @@ TEST(Air, LightPinnedSheetInAGaleIsStableInLongSteps) {
   FlyingSheet sheet(options);
   constexpr double h = 0.02;
   for (int k = 0; k < 50; ++k) {
-    sheet.advance(1, h);
+    sheet.go(1, h);
     double fastest = 0;
-    for (PetscInt i = 0; i < sheet.sheet.particles.owned; ++i) {
-      fastest = std::max(fastest, sheet.state.velocity.vector(i).norm());
+    for (PetscInt i = 0; i < sheet.surface().particles.owned; ++i) {
+      fastest = std::max(fastest, sheet.state().velocity.vector(i).norm());
     }
     ASSERT_LT(fastest, 6) << k;  // three times the wind
   }
@@ -104,10 +88,10 @@ TEST(Air, BalloonFallsAtItsTerminalSpeed) {
   }
   // What its triangles take: the sum of C rho/2 A |n_z|^3 over them.
   double sums[2] = {0, 0};
-  for (PetscInt e = 0; e < balloon.membrane.elements.owned; ++e) {
-    const auto& [a, b, c] = balloon.membrane.triangles[e];
-    const Eigen::Vector3d area = (balloon.membrane.rest.col(b) - balloon.membrane.rest.col(a))
-                                     .cross(balloon.membrane.rest.col(c) - balloon.membrane.rest.col(a)) /
+  for (PetscInt e = 0; e < balloon.membrane().elements.owned; ++e) {
+    const auto& [a, b, c] = balloon.membrane().triangles[e];
+    const Eigen::Vector3d area = (balloon.membrane().rest.col(b) - balloon.membrane().rest.col(a))
+                                     .cross(balloon.membrane().rest.col(c) - balloon.membrane().rest.col(a)) /
                                  2;
     sums[0] += 1.2 / 2 * area.norm() * std::pow(std::abs(area.normalized()[2]), 3);
     sums[1] += 1000 * 1e-5 * area.norm() * 9.81;
@@ -115,8 +99,8 @@ TEST(Air, BalloonFallsAtItsTerminalSpeed) {
   MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
   const double expected = std::sqrt(sums[1] / sums[0]);
   // The wall gives way to the air by a little: rubber of 0.4 MPa and 0.01 mm against a pressure of 0.1 Pa.
-  for (PetscInt i = 0; i < balloon.membrane.particles.owned; ++i) {
-    EXPECT_NEAR(balloon.state.velocity.vector(i)[2], -expected, 0.01 * expected);
+  for (PetscInt i = 0; i < balloon.membrane().particles.owned; ++i) {
+    EXPECT_NEAR(balloon.state().velocity.vector(i)[2], -expected, 0.01 * expected);
   }
 }
 
@@ -125,9 +109,9 @@ TEST(Air, WithoutDensityNothingChanges) {
   options.force.air.wind.velocity = {{0, 20, 0, 3}};
   FlyingSheet without((Options()));
   FlyingSheet with(options);
-  without.advance(5, 2e-3);
-  with.advance(5, 2e-3);
-  EXPECT_EQ(without.state.position.values(), with.state.position.values());
+  without.go(5, 2e-3);
+  with.go(5, 2e-3);
+  EXPECT_EQ(without.state().position.values(), with.state().position.values());
 }
 
 }  // namespace

@@ -1,7 +1,5 @@
 // What a run of a burning sheet draws, and that removing empty cells changes nothing of it.
 
-#include "world/burn_run.h"
-
 #include <gtest/gtest.h>
 #include <vtkIdList.h>
 
@@ -9,7 +7,6 @@
 #include <cmath>
 #include <sstream>
 
-#include "surface/shell.h"
 #include "tests/support/alone.h"
 #include "tests/support/frames.h"
 #include "tests/support/grid_mesh.h"
@@ -57,7 +54,7 @@ Options burning_options(const TestFolder& folder) {
   return options;
 }
 
-Sheet strip(const Options& options) { return make_sheet(PETSC_COMM_WORLD, grid_mesh(8, 2, edge), options.sheet); }
+SurfaceMesh strip() { return grid_mesh(8, 2, edge); }
 
 /// Runs the strip, with a frame of each step. @param is_spread whether first most of it goes to other ranks
 /// @returns what it printed, on rank 0
@@ -65,24 +62,21 @@ std::string run_strip(const Options& options, bool is_spread = false) {
   std::ostringstream said;
   Console console(PETSC_COMM_WORLD, 1, said, false);
   RunFolder run_folder(options.output);
-  OneObject<BurnRun> run(strip(options), options, run_folder.output, console);
+  OneObject run(strip(), options, run_folder.output, console);
   if (is_spread) {
-    const Sheet& sheet = run.object().sheet();
+    const Sheet& sheet = run.sheet();
     std::vector<double> load;
     for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
       load.push_back(sheet.rest(0, i) < 2 * edge ? 20 : 1);
     }
     run.object().spread(load);
   }
-  run.draw();
-  run.record(0, 0);
+  run.begin();
   for (int k = 1; k <= steps; ++k) {
-    run.keep();
-    const StepResult result = run.advance(h);
+    const StepResult result = run.world().step(h);
     EXPECT_TRUE(result.converged) << result.reason;
-    run.accept(run.time());
     run.draw();
-    run.record(h, 0);
+    run.record(0);
   }
   MPI_Barrier(PETSC_COMM_WORLD);
   return said.str();
@@ -184,16 +178,15 @@ TEST(BurnRun, DrawsWhatTheStateSays) {
   const auto frames = read_pvd(folder / "out/strip.pvd");
   ASSERT_EQ(frames.size(), steps + 1U);
 
-  const Sheet sheet = strip(options);
-  StageClock clock(Burn::stage_names());
-  Burn burn(sheet, options, clock);
-  State state = burn.initial_state();
+  Alone alone(strip(), options);
+  const Sheet& sheet = alone.sheet();
+  const State& state = alone.state();
   const Eigen::RowVectorXd initial_mass = Whole(sheet, state).mass;
   std::map<int, double> burn_time;  // of cells by the id of their lattice points
   double split_time = HUGE_VAL;
   for (std::size_t k = 0; k < frames.size(); ++k) {
     if (k > 0) {
-      ASSERT_TRUE(advance_alone(burn, state, h).converged);
+      ASSERT_TRUE(alone.advance(h).converged);
     }
     const Whole now(sheet, state);
     const DrawnFrame frame = read_frame(frames[k].first, frames[k].second);

@@ -1,13 +1,11 @@
-#include "world/burn.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <utility>
 
 #include "heat/heat_balance.h"
-#include "surface/shell.h"
 #include "tests/support/alone.h"
 #include "tests/support/by_id.h"
 #include "tests/support/grid_mesh.h"
@@ -40,73 +38,63 @@ Options burning_options(double width, double height) {
   options.project.weight.fill(0.5);
   options.pins["hooks"].vertices = {0, 1};
   BodyOptions body;
-  body.centre = {width / 2, height / 2, -0.21};
+  body.centre = {width / 2, height / 2, -0.214};
   body.radius = 0.2;
   body.velocity = {0, 0, 1};
   options.bodies["body"] = body;
   return options;
 }
 
-/// A sheet, its chain and its state.
-struct Chain {
-  Chain(MPI_Comm comm, const SurfaceMesh& mesh, Options given)
-      : options(std::move(given)),
-        sheet(make_sheet(comm, mesh, options.sheet)),
-        clock(Burn::stage_names()),
-        burn(sheet, options, clock),
-        state(burn.initial_state()) {}
+/// A sheet that steps by itself.
+struct BurningSheet : Alone {
+  BurningSheet(const SurfaceMesh& mesh, Options options, MPI_Comm comm = PETSC_COMM_WORLD)
+      : Alone(mesh, std::move(options), ChainKind::burn, comm) {}
 
-  void advance(int steps) {
+  void go(int steps) {
     for (int step = 0; step < steps; ++step) {
-      const BurnStep result = advance_alone(burn, state, step_length);
+      const AloneStep result = advance(step_length);
       ASSERT_TRUE(result.converged) << "step " << step + 1 << ": " << result.reason;
     }
   }
 
   double dead_triangles() const {
-    const auto& triangles = state.living.triangles;
+    const auto& triangles = burning().living.triangles;
     return total(
-        static_cast<double>(std::count(triangles.begin(), triangles.begin() + 4 * sheet.elements.owned, false)));
+        static_cast<double>(std::count(triangles.begin(), triangles.begin() + 4 * surface().elements.owned, false)));
   }
 
   double total(double value) const {
-    MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_DOUBLE, MPI_SUM, sheet.comm());
+    MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_DOUBLE, MPI_SUM, surface().comm());
     return value;
   }
-
-  Options options;
-  Sheet sheet;
-  StageClock clock;
-  Burn burn;
-  State state;
 };
 
 TEST(Burn, mass_left_and_mass_burnt_are_the_initial_mass) {
-  Chain chain(PETSC_COMM_WORLD, grid_mesh(8, 6, edge), burning_options(0.8, 0.6));
+  BurningSheet sheet(grid_mesh(8, 6, edge), burning_options(0.8, 0.6));
   const double initial = 0.08 * 0.8 * 0.6;  // areal density times area
   for (int step = 0; step < 30; ++step) {
-    chain.advance(1);
-    const double left = chain.total(chain.state.mass.values().leftCols(chain.sheet.particles.owned).sum());
-    const double burnt = chain.total(chain.state.mass_burnt);
+    sheet.go(1);
+    const double left = sheet.total(sheet.burning().mass.values().leftCols(sheet.surface().particles.owned).sum());
+    const double burnt = sheet.total(sheet.burning().mass_burnt);
     ASSERT_NEAR(left + burnt, initial, 1e-12 * initial) << "step " << step + 1;
   }
-  EXPECT_GT(chain.total(chain.state.mass_burnt), 0.01 * initial);
+  EXPECT_GT(sheet.total(sheet.burning().mass_burnt), 0.01 * initial);
 }
 
 TEST(Burn, lengths_and_masses_stay_when_nothing_burns) {
   Options options = burning_options(0.8, 0.6);
   options.combustion.ignition_temperature = 2000;  // hotter than the ball
-  Chain chain(PETSC_COMM_WORLD, grid_mesh(8, 6, edge), options);
-  chain.advance(5);
+  BurningSheet sheet(grid_mesh(8, 6, edge), options);
+  sheet.go(5);
   for (const Colour colour : all_colours) {
-    EXPECT_EQ(chain.state.target_length[static_cast<std::size_t>(colour)], chain.sheet.of(colour).initial_length);
+    EXPECT_EQ(sheet.state().target_length[static_cast<std::size_t>(colour)], sheet.sheet().of(colour).initial_length);
   }
-  for (PetscInt i = 0; i < chain.sheet.particles.local(); ++i) {
-    EXPECT_EQ(chain.state.mass.data()[i], chain.sheet.initial_mass[i]);
+  for (PetscInt i = 0; i < sheet.surface().particles.local(); ++i) {
+    EXPECT_EQ(sheet.burning().mass.data()[i], sheet.surface().initial_mass[i]);
   }
-  EXPECT_EQ(chain.state.mass_burnt, 0);
-  EXPECT_EQ(chain.state.step, 5);
-  EXPECT_DOUBLE_EQ(chain.state.time, 5 * step_length);
+  EXPECT_EQ(sheet.burning().mass_burnt, 0);
+  EXPECT_EQ(sheet.state().step, 5);
+  EXPECT_DOUBLE_EQ(sheet.state().time, 5 * step_length);
 }
 
 TEST(Burn, uniform_burning_shrinks_all_lengths_alike) {
@@ -114,15 +102,15 @@ TEST(Burn, uniform_burning_shrinks_all_lengths_alike) {
   options.heat.sources.clear();
   options.heat.initial_temperature = 700;
   options.heat.burning_heat = 0;
-  Chain chain(PETSC_COMM_WORLD, grid_mesh(8, 6, edge), options);
-  chain.advance(3);
+  BurningSheet sheet(grid_mesh(8, 6, edge), options);
+  sheet.go(3);
   // Eq. 4: dm/m^init = -mu h (T - T^ignition) a step, eq. 5 with the density that falls linearly to the burnt one.
   const double mass = 1 - 3 * 0.05 * step_length * 200;
   const double density = 1 - (1 - 320.0 / 800.0) * (1 - mass) / (1 - 0.3);
   for (const Colour colour : all_colours) {
-    const SpringSet& springs = chain.sheet.of(colour);
+    const SpringSet& springs = sheet.sheet().of(colour);
     for (std::size_t s = 0; s < springs.ends.size(); ++s) {
-      EXPECT_NEAR(chain.state.target_length[static_cast<std::size_t>(colour)][s] / springs.initial_length[s],
+      EXPECT_NEAR(sheet.state().target_length[static_cast<std::size_t>(colour)][s] / springs.initial_length[s],
                   mass / density, 1e-12);
     }
   }
@@ -131,18 +119,18 @@ TEST(Burn, uniform_burning_shrinks_all_lengths_alike) {
 TEST(Burn, nothing_slows_the_fall_of_an_elastic_sheet_unless_asked) {
   Options options;
   options.sheet.perturbation = 0;
-  Chain chain(PETSC_COMM_WORLD, irregular_mesh(8, 6, edge), options);
+  BurningSheet sheet(irregular_mesh(8, 6, edge), options);
   const double g = options.force.gravity.norm();
   const int steps = 100;
   for (int step = 0; step < steps; ++step) {
-    ASSERT_TRUE(advance_alone(chain.burn, chain.state, step_length).converged);
+    ASSERT_TRUE(sheet.advance(step_length).converged);
   }
   const double speed = steps * step_length * g;
   const double depth = step_length * step_length * g * steps * (steps + 1) / 2;
-  const Eigen::MatrixXd moved = chain.state.position.values() - chain.sheet.rest;
-  for (PetscInt i = 0; i < chain.sheet.particles.local(); ++i) {
+  const Eigen::MatrixXd moved = sheet.state().position.values() - sheet.surface().rest;
+  for (PetscInt i = 0; i < sheet.surface().particles.local(); ++i) {
     EXPECT_LE((moved.col(i) - Eigen::Vector3d(0, 0, -depth)).norm(), 1e-10 * depth);
-    EXPECT_LE((chain.state.velocity.vector(i) - Eigen::Vector3d(0, 0, -speed)).norm(), 1e-10 * speed);
+    EXPECT_LE((sheet.state().velocity.vector(i) - Eigen::Vector3d(0, 0, -speed)).norm(), 1e-10 * speed);
   }
   EXPECT_GT(options.material.damping, 0) << "what deforms is damped";
   EXPECT_EQ(velocity_damping(options), 0);
@@ -160,19 +148,19 @@ TEST(Burn, free_sheet_falls_like_a_stone) {
   options.heat.sources.clear();
   options.sheet.perturbation = 0;
   options.force.damping = 3;
-  Chain chain(PETSC_COMM_WORLD, grid_mesh(8, 6, edge), options);
+  BurningSheet sheet(grid_mesh(8, 6, edge), options);
   const int steps = 10;
-  chain.advance(steps);
+  sheet.go(steps);
   double speed = 0;  // eq. 8 and 9
   double depth = 0;
   for (int step = 0; step < steps; ++step) {  // dv/dt = g - 3 v
     speed = 1.0 / 3 + (speed - 1.0 / 3) * std::exp(-3 * step_length);
     depth += step_length * speed;
   }
-  const Eigen::MatrixXd moved = chain.state.position.values() - chain.sheet.rest;
-  for (PetscInt i = 0; i < chain.sheet.particles.local(); ++i) {
+  const Eigen::MatrixXd moved = sheet.state().position.values() - sheet.surface().rest;
+  for (PetscInt i = 0; i < sheet.surface().particles.local(); ++i) {
     EXPECT_LE((moved.col(i) - Eigen::Vector3d(0, 0, -depth)).norm(), 1e-12);
-    EXPECT_LE((chain.state.velocity.vector(i) - Eigen::Vector3d(0, 0, -speed)).norm(), 1e-10);
+    EXPECT_LE((sheet.state().velocity.vector(i) - Eigen::Vector3d(0, 0, -speed)).norm(), 1e-10);
   }
 }
 
@@ -189,26 +177,26 @@ TEST(Burn, bodies_hold_the_sheet_whatever_keeps_its_lengths) {
     options.bodies["floor"].shape = "plane";
     options.bodies["floor"].point = {0, 0, -0.02};
     options.bodies["floor"].velocity = {0, 0, 1};
-    Chain chain(PETSC_COMM_WORLD, grid_mesh(8, 6, edge), options);
+    BurningSheet sheet(grid_mesh(8, 6, edge), options);
     double contacts = 0;
     for (int step = 0; step < 20; ++step) {
-      const BurnStep result = advance_alone(chain.burn, chain.state, step_length);
+      const AloneStep result = sheet.advance(step_length);
       ASSERT_TRUE(result.converged) << result.reason;
-      const double floor = chain.state.time - 0.02;
+      const double floor = sheet.state().time - 0.02;
       // A sheet with stiffness is pressed from the contact's thickness on, a tenth of an edge.
       const bool is_elastic = options.dynamics != Dynamics::projection;
       const double reach = floor + (is_elastic ? 0.1 * edge : 1e-12);
       double touching = 0;
-      for (PetscInt i = 0; i < chain.sheet.particles.owned; ++i) {
-        const double z = chain.state.position.vector(i).z();
+      for (PetscInt i = 0; i < sheet.surface().particles.owned; ++i) {
+        const double z = sheet.state().position.vector(i).z();
         EXPECT_GE(z, floor - 1e-12) << dynamics << " step " << step;
         touching += z < reach ? 1 : 0;
         if (z < reach && !is_elastic) {
-          EXPECT_GE(chain.state.velocity.vector(i).z(), 1 - 1e-9) << dynamics << ": it does not fall into the floor";
+          EXPECT_GE(sheet.state().velocity.vector(i).z(), 1 - 1e-9) << dynamics << ": it does not fall into the floor";
         }
       }
       EXPECT_EQ(static_cast<double>(result.contacts), touching) << dynamics << " step " << step;
-      contacts += chain.total(touching);
+      contacts += sheet.total(touching);
     }
     EXPECT_GT(contacts, 0) << dynamics;
   }
@@ -225,18 +213,18 @@ TEST(Burn, pinned_particles_are_where_their_pins_are_at_the_end_of_the_step) {
   const std::vector<Eigen::Vector3d> path{{0, 0, 0.001}, {0.002, 0, 0.0005}, {0.004, 0, 0}};
   for (const char* dynamics : {"projection", "spring", "elastic"}) {
     options.dynamics = dynamics;
-    Chain chain(PETSC_COMM_WORLD, grid_mesh(8, 6, edge), options);
+    BurningSheet sheet(grid_mesh(8, 6, edge), options);
     Eigen::Vector3d before(0, 0, 0);
     for (const Eigen::Vector3d& place : path) {
-      chain.advance(1);
-      for (PetscInt i = 0; i < chain.sheet.particles.local(); ++i) {
-        const PetscInt id = chain.sheet.persistent_id[i];
+      sheet.go(1);
+      for (PetscInt i = 0; i < sheet.surface().particles.local(); ++i) {
+        const PetscInt id = sheet.surface().persistent_id[i];
         const Eigen::Vector3d rail(0, 0.5, -0.25);
-        const Eigen::Vector3d moved = id == 62 ? Eigen::Vector3d(chain.state.time * rail) : place;
+        const Eigen::Vector3d moved = id == 62 ? Eigen::Vector3d(sheet.state().time * rail) : place;
         const Eigen::Vector3d velocity = id == 62 ? rail : Eigen::Vector3d((place - before) / step_length);
         if (id == 0 || id == 1 || id == 62) {
-          EXPECT_LE((chain.state.position.vector(i) - chain.sheet.rest.col(i) - moved).norm(), 1e-14) << id;
-          EXPECT_LE((chain.state.velocity.vector(i) - velocity).norm(), 1e-10) << id;
+          EXPECT_LE((sheet.state().position.vector(i) - sheet.surface().rest.col(i) - moved).norm(), 1e-14) << id;
+          EXPECT_LE((sheet.state().velocity.vector(i) - velocity).norm(), 1e-10) << id;
         }
       }
       before = place;
@@ -260,24 +248,25 @@ TEST(Burn, momentum_of_a_free_sheet_leaves_with_its_mass_alone) {
     if (!masses.empty()) {
       options.project.masses = masses;
     }
-    Chain chain(PETSC_COMM_WORLD, irregular_mesh(8, 6, edge), options);
-    chain.state.velocity.values().row(2) = 3 * chain.sheet.rest.row(0);  // It turns.
-    const auto momentum = [&chain](const Eigen::MatrixXd& mass, const Eigen::MatrixXd& velocity) {
-      const PetscInt owned = chain.sheet.particles.owned;
+    BurningSheet sheet(irregular_mesh(8, 6, edge), options);
+    sheet.state().velocity.values().row(2) = 3 * sheet.surface().rest.row(0);  // It turns.
+    const auto momentum = [&sheet](const Eigen::MatrixXd& mass, const Eigen::MatrixXd& velocity) {
+      const PetscInt owned = sheet.surface().particles.owned;
       Eigen::Vector3d sum = velocity.leftCols(owned) * mass.leftCols(owned).transpose();
       MPI_Allreduce(MPI_IN_PLACE, sum.data(), 3, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
       return sum;
     };
-    Eigen::Vector3d expected = momentum(chain.state.mass.values(), chain.state.velocity.values());
-    const double initial_mass = chain.state.mass.values().sum();
+    Eigen::Vector3d expected = momentum(sheet.burning().mass.values(), sheet.state().velocity.values());
+    const double initial_mass = sheet.burning().mass.values().sum();
     for (int step = 0; step < 30; ++step) {
-      const Eigen::MatrixXd mass = chain.state.mass.values();
-      const Eigen::MatrixXd velocity = chain.state.velocity.values();
-      chain.advance(1);
-      expected += momentum(chain.state.mass.values() - mass, velocity);
+      const Eigen::MatrixXd mass = sheet.burning().mass.values();
+      const Eigen::MatrixXd velocity = sheet.state().velocity.values();
+      sheet.go(1);
+      expected += momentum(sheet.burning().mass.values() - mass, velocity);
     }
-    EXPECT_LT(chain.state.mass.values().sum(), 0.95 * initial_mass) << "too little burnt";
-    return (momentum(chain.state.mass.values(), chain.state.velocity.values()) - expected).norm() / expected.norm();
+    EXPECT_LT(sheet.burning().mass.values().sum(), 0.95 * initial_mass) << "too little burnt";
+    return (momentum(sheet.burning().mass.values(), sheet.state().velocity.values()) - expected).norm() /
+           expected.norm();
   };
   EXPECT_LT(drift(""), 1e-12) << "by default";
   EXPECT_GT(drift("equal"), 1e-4) << "the paper's";
@@ -287,12 +276,12 @@ TEST(Burn, momentum_of_a_free_sheet_leaves_with_its_mass_alone) {
 
 /// What a rank's state has, summed over the ranks.
 struct HeatLedger {
-  explicit HeatLedger(const Chain& chain)
-      : content(chain.total(
-            heat_content(chain.sheet, chain.state.mass, chain.state.temperature, chain.options.heat.capacity))),
-        in(chain.total(chain.state.heat_in)),
-        out(chain.total(chain.state.heat_out)),
-        made(chain.total(chain.state.heat_made)) {}
+  explicit HeatLedger(const BurningSheet& sheet)
+      : content(sheet.total(heat_content(sheet.surface(), sheet.burning().mass, sheet.burning().temperature,
+                                         sheet.object.options().heat.capacity))),
+        in(sheet.total(sheet.burning().heat_in)),
+        out(sheet.total(sheet.burning().heat_out)),
+        made(sheet.total(sheet.burning().heat_made)) {}
   double content, in, out, made;
 };
 
@@ -352,23 +341,23 @@ TEST(Burn, heat_ledger_closes_whatever_the_scene) {
     options.project.ksp_rtol = 1e-2;
     options.project.max_steps = 1;
     c.change(options);
-    Chain chain(PETSC_COMM_WORLD, irregular_mesh(6, 5, edge), options);
-    const double initial = HeatLedger(chain).content;
+    BurningSheet sheet(irregular_mesh(6, 5, edge), options);
+    const double initial = HeatLedger(sheet).content;
     double worst = 0;
     for (int step = 0; step < 12; ++step) {
-      const BurnStep result = advance_alone(chain.burn, chain.state, c.step);
+      const AloneStep result = sheet.advance(c.step);
       ASSERT_TRUE(result.converged) << c.name << ": " << result.reason;
-      const HeatLedger now(chain);
+      const HeatLedger now(sheet);
       worst = std::max(worst, std::abs(now.content - initial - now.in + now.out) / now.in);
     }
-    const HeatLedger end(chain);
+    const HeatLedger end(sheet);
     EXPECT_GT(end.in, 1) << c.name;
     EXPECT_LE(worst, 1e-9) << c.name;
     EXPECT_LE(std::abs(end.made), 1e-9 * end.in) << c.name;
     if (c.name == "burns_away") {
-      EXPECT_GT(chain.dead_triangles(), 0) << c.name;
+      EXPECT_GT(sheet.dead_triangles(), 0) << c.name;
     } else if (c.name == "tears") {
-      EXPECT_GT(chain.total(chain.state.cracked_sides), 0) << c.name;
+      EXPECT_GT(sheet.total(sheet.burning().cracked_sides), 0) << c.name;
     }
   }
 }
@@ -380,10 +369,10 @@ TEST(Burn, what_the_umbrella_makes_is_in_the_ledger) {
   Options options = burning_options(0.8, 0.6);
   options.heat.operator_name = "umbrella";
   options.heat.diffusivity = 0.1;
-  Chain chain(PETSC_COMM_WORLD, irregular_mesh(8, 6, edge), options);
-  const double initial = HeatLedger(chain).content;
-  chain.advance(20);
-  const HeatLedger end(chain);
+  BurningSheet sheet(irregular_mesh(8, 6, edge), options);
+  const double initial = HeatLedger(sheet).content;
+  sheet.go(20);
+  const HeatLedger end(sheet);
   EXPECT_GT(std::abs(end.made), 1e-3 * end.in);
   EXPECT_NEAR(end.content, initial + end.in - end.out + end.made, 1e-9 * end.in);
 }
@@ -395,13 +384,13 @@ TEST(Burn, step_whose_heat_ledger_is_open_fails) {
   for (const char* name : {"consistent", "umbrella"}) {
     Options options = burning_options(0.8, 0.6);
     options.heat.operator_name = name;
-    Chain chain(PETSC_COMM_WORLD, grid_mesh(8, 6, edge), options);
-    chain.advance(2);
-    chain.state.heat_out += 1e-6 * chain.state.heat_in + 1e-9;
-    const BurnStep step = advance_alone(chain.burn, chain.state, step_length);
+    BurningSheet sheet(grid_mesh(8, 6, edge), options);
+    sheet.go(2);
+    sheet.burning().heat_out += 1e-6 * sheet.burning().heat_in + 1e-9;
+    const AloneStep step = sheet.advance(step_length);
     EXPECT_FALSE(step.converged) << name;
     EXPECT_EQ(step.reason.find("the heat ledger does not close: "), 0U) << step.reason;
-    EXPECT_EQ(chain.state.step, 2);
+    EXPECT_EQ(sheet.state().step, 2);
   }
 }
 
@@ -416,10 +405,10 @@ Options absurd_options() {
 }
 
 TEST(Burn, step_that_fails_says_why) {
-  Chain chain(PETSC_COMM_WORLD, grid_mesh(8, 6, edge), absurd_options());
-  BurnStep step;
+  BurningSheet sheet(grid_mesh(8, 6, edge), absurd_options());
+  AloneStep step;
   for (int k = 0; k < 20 && step.converged; ++k) {
-    step = advance_alone(chain.burn, chain.state, step_length);
+    step = sheet.advance(step_length);
   }
   EXPECT_FALSE(step.converged);
   EXPECT_NE(step.reason.find("project.error_limit"), std::string::npos) << step.reason;
@@ -429,43 +418,41 @@ TEST(Burn, failed_linear_solves_fail_the_step) {
   for (const char* prefix : {"project_yellow_", "heat_"}) {
     SolverOptions solver;
     solver.set(std::string(prefix) + "ksp_max_it", "1");
-    Chain chain(PETSC_COMM_WORLD, grid_mesh(8, 6, edge), burning_options(0.8, 0.6));
-    const BurnStep step = advance_alone(chain.burn, chain.state, step_length);
+    BurningSheet sheet(grid_mesh(8, 6, edge), burning_options(0.8, 0.6));
+    const AloneStep step = sheet.advance(step_length);
     EXPECT_FALSE(step.converged);
     EXPECT_NE(step.reason.find(prefix), std::string::npos) << step.reason;
-    EXPECT_EQ(chain.state.step, 0);
+    EXPECT_EQ(sheet.state().step, 0);
   }
 }
 
 TEST(Burn, a_failed_step_leaves_no_trace) {
-  Chain chain(PETSC_COMM_WORLD, grid_mesh(8, 6, edge), absurd_options());
-  Chain untouched(PETSC_COMM_WORLD, grid_mesh(8, 6, edge), absurd_options());
-  State before(chain.sheet);
+  BurningSheet sheet(grid_mesh(8, 6, edge), absurd_options());
+  BurningSheet untouched(grid_mesh(8, 6, edge), absurd_options());
   int accepted = 0;
   while (true) {
-    before = chain.state;
-    if (!advance_alone(chain.burn, chain.state, step_length).converged) {
-      chain.state = before;
+    sheet.object.keep();
+    if (!sheet.advance(step_length).converged) {
+      sheet.object.restore();
       break;
     }
     ASSERT_LT(++accepted, 20);
   }
   ASSERT_GT(accepted, 0);
-  untouched.advance(accepted);
-  EXPECT_EQ(values_of(chain.state), values_of(untouched.state));
+  untouched.go(accepted);
+  EXPECT_EQ(values_of(sheet.state()), values_of(untouched.state()));
   // Nor does the failure leave a trace elsewhere: a shorter step goes as if nothing had happened.
   const double shorter = step_length / 64;
-  EXPECT_EQ(advance_alone(chain.burn, chain.state, shorter).converged,
-            advance_alone(untouched.burn, untouched.state, shorter).converged);
-  EXPECT_EQ(values_of(chain.state), values_of(untouched.state));
+  EXPECT_EQ(sheet.advance(shorter).converged, untouched.advance(shorter).converged);
+  EXPECT_EQ(values_of(sheet.state()), values_of(untouched.state()));
 }
 
 // Ranks.
 
 struct Fields {
-  explicit Fields(const Chain& chain)
-      : all{by_id(chain.sheet, chain.state.position), by_id(chain.sheet, chain.state.velocity),
-            by_id(chain.sheet, chain.state.temperature), by_id(chain.sheet, chain.state.mass)} {}
+  explicit Fields(const BurningSheet& sheet)
+      : all{by_id(sheet.surface(), sheet.state().position), by_id(sheet.surface(), sheet.state().velocity),
+            by_id(sheet.surface(), sheet.burning().temperature), by_id(sheet.surface(), sheet.burning().mass)} {}
   std::array<Eigen::MatrixXd, 4> all;
 };
 
@@ -479,9 +466,9 @@ void expect_close(const Fields& fields, const Fields& expected, double tolerance
 }
 
 Fields fields_after(MPI_Comm comm, const SurfaceMesh& mesh, const Options& options, int steps) {
-  Chain chain(comm, mesh, options);
-  chain.advance(steps);
-  return Fields(chain);
+  BurningSheet sheet(mesh, options, comm);
+  sheet.go(steps);
+  return Fields(sheet);
 }
 
 TEST(BurnOnRanks, agree_with_one_rank_whatever_the_partitioner) {
@@ -513,12 +500,12 @@ TEST(BurnOnRanks, agree_with_a_rank_that_has_nothing) {
   const Fields alone = fields_after(PETSC_COMM_SELF, mesh, options, 20);
   for (const char* type : {"aij", "sell", "shell", "lines"}) {
     options.project.mat_type = type;
-    Chain chain(PETSC_COMM_WORLD, mesh, options);
-    PetscInt least = chain.sheet.elements.owned;
+    BurningSheet sheet(mesh, options);
+    PetscInt least = sheet.surface().elements.owned;
     MPI_Allreduce(MPI_IN_PLACE, &least, 1, MPIU_INT, MPI_MIN, PETSC_COMM_WORLD);
     EXPECT_EQ(least == 0, ranks() > 3);
-    chain.advance(20);
-    expect_close(Fields(chain), alone, 1e-9, type);
+    sheet.go(20);
+    expect_close(Fields(sheet), alone, 1e-9, type);
   }
 }
 

@@ -11,14 +11,12 @@
 #include "meshing/closed_shapes.h"
 #include "parallel/collective.h"
 #include "tests/io/files.h"
-#include "tests/support/alone.h"
 #include "tests/support/csv.h"
 #include "tests/support/run_folder.h"
 #include "tests/support/solver_options.h"
 #include "tests/support/state_values.h"
 #include "tests/world/one_object.h"
-#include "world/gas_of_object.h"
-#include "world/inflate_run.h"
+#include "tests/world/static_balloon.h"
 
 namespace pellicle::burning_balloon_test {
 namespace {
@@ -28,7 +26,6 @@ constexpr double h = 5e-3;  // [s]
 /// A ball of rubber with a little pressure, one side of which a hot ball burns within a few steps.
 Options burning_options() {
   Options options;
-  options.chain = ChainKind::inflate;
   options.force.gravity.setZero();
   options.prism.mass_damping = 20;
   ChamberOptions& gas = options.chambers["gas"];
@@ -52,38 +49,30 @@ Options burning_options() {
   return options;
 }
 
-Membrane ball(const Options& options) {
-  Membrane membrane = make_membrane(PETSC_COMM_WORLD, icosphere_mesh(2, 0.1), options.sheet);
-  make_burnable(membrane, options);
-  return membrane;
-}
-
 double summed(double value) {
   MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
   return value;
 }
 
-/// A chain and a state that is somewhat stretched.
-struct Stretched {
-  explicit Stretched(const Options& with) : options(with), membrane(ball(options)), chain(membrane, options, clock) {
-    for (PetscInt i = 0; i < membrane.particles.local(); ++i) {
-      state.position.vector(i) = Eigen::Vector3d(1.2, 1.5, 0.9).asDiagonal() * membrane.rest.col(i);
+/// A balloon that is somewhat stretched.
+struct Stretched : StaticBalloon {
+  explicit Stretched(const Options& options) : StaticBalloon(icosphere_mesh(2, 0.1), options) {
+    for (PetscInt i = 0; i < membrane().particles.local(); ++i) {
+      state().position.vector(i) = Eigen::Vector3d(1.2, 1.5, 0.9).asDiagonal() * membrane().rest.col(i);
     }
   }
-  double energy() const { return summed(chain.elements().energy(state.position, state.thickness_ratio)); }
+  double energy() { return summed(elements().energy(state().position, state().thickness_ratio)); }
+  double mass() {
+    const double* masses = object.motion().mass();
+    return summed(std::accumulate(masses, masses + membrane().particles.owned, 0.0));
+  }
   /// All of the wall has burnt down to this share of its mass.
   void burn_to(double mass_ratio) {
-    const auto& initial = membrane.initial_mass;
-    state.burning->mass.values() =
+    const auto& initial = membrane().initial_mass;
+    burning().mass.values() =
         mass_ratio * Eigen::Map<const Eigen::RowVectorXd>(initial.data(), static_cast<Eigen::Index>(initial.size()));
-    chain.follow(state);
+    object.motion().follow();
   }
-
-  Options options;
-  Membrane membrane;
-  StageClock clock{Inflate::stage_names(true)};
-  Inflate chain;
-  BalloonState state = chain.initial_state();
 };
 
 TEST(BurningBalloon, CharHasTheShareOfTheStiffnessThatItsMassLeaves) {
@@ -91,11 +80,10 @@ TEST(BurningBalloon, CharHasTheShareOfTheStiffnessThatItsMassLeaves) {
   options.combustion.burnt_density = options.combustion.min_mass * options.combustion.initial_density;  // no shrinkage
   Stretched balloon(options);
   const double whole = balloon.energy();
-  const double unburnt_mass = summed(std::accumulate(balloon.chain.mass().begin(), balloon.chain.mass().end(), 0.0));
+  const double unburnt_mass = balloon.mass();
   balloon.burn_to(0.6);  // Half of what can burn has.
   EXPECT_NEAR(balloon.energy(), (1 + 0.25) / 2 * whole, 1e-12 * whole);
-  EXPECT_NEAR(summed(std::accumulate(balloon.chain.mass().begin(), balloon.chain.mass().end(), 0.0)),
-              0.6 * unburnt_mass, 1e-12 * unburnt_mass);
+  EXPECT_NEAR(balloon.mass(), 0.6 * unburnt_mass, 1e-12 * unburnt_mass);
   balloon.burn_to(0.2);
   EXPECT_NEAR(balloon.energy(), 0.25 * whole, 1e-12 * whole);
   balloon.burn_to(1);
@@ -109,8 +97,8 @@ TEST(BurningBalloon, RubberIsAsStiffAsItIsWarm) {
   options.wall.reference_temperature = 250;
   Stretched warm(options);
   for (const double temperature : {250.0, 300.0, 500.0}) {
-    warm.state.burning->temperature.values().setConstant(temperature);
-    warm.chain.follow(warm.state);
+    warm.burning().temperature.values().setConstant(temperature);
+    warm.object.motion().follow();
     EXPECT_NEAR(warm.energy(), temperature / 250 * at_reference, 1e-12 * at_reference);
   }
 }
@@ -123,11 +111,12 @@ TEST(BurningBalloon, CharShrinksAsTheVolumeOfItsMatter) {
   balloon.burn_to(0.4);
   const double v = volume_ratio(0.4, options.combustion);
   EXPECT_LT(v, 0.95);
-  balloon.state.position.values() = v * balloon.membrane.rest;
+  balloon.state().position.values() = v * balloon.membrane().rest;
   EXPECT_LT(std::abs(balloon.energy()), 1e-12 * whole);
   // Otherwise it is as a wall of that size: energies of the same stretches as v^2.
-  for (PetscInt i = 0; i < balloon.membrane.particles.local(); ++i) {
-    balloon.state.position.vector(i) = v * Eigen::Vector3d(1.2, 1.5, 0.9).asDiagonal() * balloon.membrane.rest.col(i);
+  for (PetscInt i = 0; i < balloon.membrane().particles.local(); ++i) {
+    balloon.state().position.vector(i) =
+        v * Eigen::Vector3d(1.2, 1.5, 0.9).asDiagonal() * balloon.membrane().rest.col(i);
   }
   const double stiffness = 1 - 0.75 * burnt_share(0.4, options.combustion);
   EXPECT_NEAR(balloon.energy(), stiffness * v * v * whole, 1e-12 * whole);
@@ -144,14 +133,14 @@ TEST(BurningBalloon, AHotPlaneHeatsWhatIsNearIt) {
   floor.point = {0, 0, -0.1005};
   floor.temperature = 500;
   Stretched balloon(options);
-  balloon.state.position.values() = balloon.membrane.rest;
+  balloon.state().position.values() = balloon.membrane().rest;
   constexpr double short_step = 1e-6;
-  const BurningFields& fields = *balloon.state.burning;
+  const BurningFields& fields = balloon.burning();
   const double conductance =
-      body_conductance(balloon.membrane, make_bodies(PETSC_COMM_WORLD, options.bodies).front(),
-                       {balloon.state.position, fields.mass, fields.living, 0, short_step, 0, 2e-3})
+      body_conductance(balloon.membrane(), make_bodies(PETSC_COMM_WORLD, options.bodies).front(),
+                       {balloon.state().position, fields.mass, fields.living, 0, short_step, 0, 2e-3})
           .sum();
-  const InflateStep step = advance_alone(balloon.chain, balloon.state, short_step);
+  const AloneStep step = balloon.advance(short_step);
   EXPECT_TRUE(step.converged) << step.reason;
   const double expected = summed(conductance) * 200 * short_step;
   EXPECT_GT(expected, 1e-4);
@@ -166,31 +155,31 @@ TEST(BurningBalloon, AVertexWithoutElementsStaysWhereItIs) {
   options.heat.sources["flame"].rate = 2000;
   options.combustion.burnt_density = options.combustion.min_mass * options.combustion.initial_density;  // no shrinkage
   Stretched balloon(options);
-  balloon.state.position.values() = balloon.membrane.rest;
-  Field before(balloon.membrane.particles, 3);
-  std::vector<bool> had_left(balloon.membrane.particles.local(), false);
+  balloon.state().position.values() = balloon.membrane().rest;
+  Field before(balloon.membrane().particles, 3);
+  std::vector<bool> had_left(balloon.membrane().particles.local(), false);
   PetscInt left = 0;
   for (int step = 0; step < 12; ++step) {
-    before.values() = balloon.state.position.values();
-    const InflateStep result = advance_alone(balloon.chain, balloon.state, h);
+    before.values() = balloon.state().position.values();
+    const AloneStep result = balloon.advance(h);
     ASSERT_TRUE(result.converged) << step << ": " << result.reason;
     left = 0;
-    for (PetscInt i = 0; i < balloon.membrane.particles.local(); ++i) {
+    for (PetscInt i = 0; i < balloon.membrane().particles.local(); ++i) {
       const auto k = static_cast<std::size_t>(i);
       if (had_left[k]) {
-        EXPECT_EQ(balloon.state.position.vector(i), before.vector(i));
-        EXPECT_EQ(balloon.state.velocity.vector(i), Eigen::Vector3d::Zero());
+        EXPECT_EQ(balloon.state().position.vector(i), before.vector(i));
+        EXPECT_EQ(balloon.state().velocity.vector(i), Eigen::Vector3d::Zero());
       }
-      had_left[k] = balloon.state.burning->mass.data()[i] == 0;
-      left += had_left[k] && i < balloon.membrane.particles.owned ? 1 : 0;
+      had_left[k] = balloon.burning().mass.data()[i] == 0;
+      left += had_left[k] && i < balloon.membrane().particles.owned ? 1 : 0;
     }
   }
   EXPECT_GT(summed(left), 5);
-  for (std::size_t e = 0; e < balloon.membrane.triangles.size(); ++e) {
-    EXPECT_EQ(balloon.chain.elements().stiffness(e) > 0, balloon.state.burning->living.triangles[e]);
+  for (std::size_t e = 0; e < balloon.membrane().triangles.size(); ++e) {
+    EXPECT_EQ(balloon.elements().stiffness(e) > 0, balloon.burning().living.triangles[e]);
   }
-  EXPECT_EQ(hole(balloon.chain.chambers(), balloon.membrane, balloon.state.position, *balloon.state.burning), "")
-      << "the law pressure needs no closed wall";
+  balloon.object.accept(balloon.state().time);
+  EXPECT_EQ(balloon.object.ended(), "") << "the law pressure needs no closed wall";
 }
 
 class BurningBalloonRuns : public ::testing::Test {
@@ -209,35 +198,33 @@ class BurningBalloonRuns : public ::testing::Test {
       const StepResult result = run_.advance(h);
       EXPECT_TRUE(result.converged) << result.reason;
       run_.accept(run_.time());
-      run_.record(h, 0);
+      run_.record(0);
       ++steps;
     }
     return steps;
   }
-  FieldRegistry& state() { return run_.object().state(); }
+  State& state() { return run_.state(); }
 
   TestFolder folder_;
   Options options_ = options_in(folder_);
   std::ostringstream silent_;
   Console console_{PETSC_COMM_WORLD, 0, silent_, false};
   RunFolder run_folder_{options_.output};
-  OneObject<InflateRun> run_{make_membrane(PETSC_COMM_WORLD, icosphere_mesh(2, 0.1), options_.sheet), options_,
-                             run_folder_.output, console_};
+  OneObject run_{icosphere_mesh(2, 0.1), options_, run_folder_.output, console_, ChainKind::inflate};
 };
 
 TEST_F(BurningBalloonRuns, EndsWithTheHoleWhoseElementIsTheFirst) {
-  run_.draw();
-  run_.record(0, 0);
+  run_.begin();
   EXPECT_EQ(run_.ended(), "");
   const int steps = run_to_the_end();
   EXPECT_GT(steps, 3);
   EXPECT_LT(steps, 100);
   // The lowest id of the elements that have begun to burn away, wherever they are.
-  const Membrane& membrane = run_.object().membrane();
-  const auto& burn_time = std::get<std::vector<double>*>(state().find("burn_time")->storage);
+  const Membrane& membrane = run_.membrane();
+  const std::vector<double>& burn_time = state().burning->burn_time;
   PetscInt first = membrane.elements.global;
-  for (std::size_t e = 0; e < burn_time->size(); ++e) {
-    first = (*burn_time)[e] >= 0 ? std::min(first, membrane.element_id[e]) : first;
+  for (std::size_t e = 0; e < burn_time.size(); ++e) {
+    first = burn_time[e] >= 0 ? std::min(first, membrane.element_id[e]) : first;
   }
   MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPIU_INT, MPI_MIN, PETSC_COMM_WORLD);
   ASSERT_LT(first, membrane.elements.global);
@@ -247,7 +234,7 @@ TEST_F(BurningBalloonRuns, EndsWithTheHoleWhoseElementIsTheFirst) {
   Eigen::Vector3d place = Eigen::Vector3d::Zero();  // of the middle of the element
   for (PetscInt e = 0; e < membrane.elements.owned; ++e) {
     for (const PetscInt vertex : membrane.triangles[e]) {
-      place += (membrane.element_id[e] == first ? 1.0 / 3 : 0) * run_.object().state().position.vector(vertex);
+      place += (membrane.element_id[e] == first ? 1.0 / 3 : 0) * state().position.vector(vertex);
     }
   }
   Eigen::Vector3d told;
@@ -264,7 +251,7 @@ TEST_F(BurningBalloonRuns, AStepThatIsPutBackLeavesNoTrace) {
     ASSERT_TRUE(run_.advance(h).converged);
     run_.accept(run_.time());
   }
-  run_.record(h, 0);
+  run_.record(0);
   run_.keep();
   const StateValues before = values_of(state());
   ASSERT_TRUE(run_.advance(h).converged);
@@ -275,7 +262,7 @@ TEST_F(BurningBalloonRuns, AStepThatIsPutBackLeavesNoTrace) {
   run_.restore();
   EXPECT_EQ(values_of(state()), before);
   // What is recorded now is of the wall as it was.
-  run_.record(h, 0);
+  run_.record(0);
   if (folder_.rank() == 0) {
     const std::vector<double> energy = read_csv(folder_ / "out/history.csv").at("elastic_energy");
     EXPECT_EQ(energy, std::vector<double>(2, energy.front()));

@@ -283,15 +283,15 @@ TEST(Contact, TwoBalloonsPressWithTheirPressureOnTheFlatDisc) {
   for (int n = 1; n <= 60; ++n) {
     balloons.reach(0.01 * n);
     ASSERT_FALSE(::testing::Test::HasFatalFailure());
-    ASSERT_EQ(find_crossings({{balloons.membrane, balloons.state.position, nullptr}}).pairs, 0);
+    ASSERT_EQ(find_crossings({{balloons.membrane(), balloons.state().position, nullptr}}).pairs, 0);
   }
-  const Membrane& membrane = balloons.membrane;
+  const Membrane& membrane = balloons.membrane();
   Eigen::Matrix3Xd push = Eigen::Matrix3Xd::Zero(3, membrane.particles.owned);
-  balloons.alone.contact()->add_gradient(balloons.state.position, push);
+  balloons.contact()->add_gradient(balloons.state().position, push);
   std::vector<double> areas(membrane.particles.local(), 0.0);
   for (std::size_t e = 0; e < membrane.triangles.size(); ++e) {
     const std::array<PetscInt, 3>& corners = membrane.triangles[e];
-    const auto at = [&](std::size_t k) { return balloons.state.position.vector(corners[k]); };
+    const auto at = [&](std::size_t k) { return balloons.state().position.vector(corners[k]); };
     for (const PetscInt i : corners) {
       areas[i] += (at(1) - at(0)).cross(at(2) - at(0)).norm() / 6;
     }

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "parallel/collective.h"
-#include "surface/shell.h"
 #include "tests/io/files.h"
 #include "tests/support/grid_mesh.h"
 #include "tests/support/picture.h"
@@ -56,23 +55,22 @@ std::string weak_middle(const TestFolder& folder) {
 }
 
 /// A run of a strip in steps of one length.
-class Pulled : public PulledStrip<BurnRun> {
+class Pulled : public PulledStrip {
  public:
-  Pulled(const SurfaceMesh& mesh, const Options& options, double h)
-      : PulledStrip(make_sheet(PETSC_COMM_WORLD, mesh, shell_options(options)), options, h) {}
+  using PulledStrip::PulledStrip;
 
-  const Sheet& sheet() { return object().sheet(); }
   /// Undeformed middles of the cracked sides.
   std::vector<std::array<double, 2>> cracks() {
     std::vector<std::array<double, 2>> own;
-    for (PetscInt t = 0; t < 4 * sheet().elements.owned; ++t) {
-      if (state().living.cracked[t]) {
-        const auto& corners = sheet().cells[t / 4];
-        const Eigen::Vector3d middle = (sheet().rest.col(corners[t % 4]) + sheet().rest.col(corners[(t + 1) % 4])) / 2;
+    for (PetscInt t = 0; t < 4 * surface().elements.owned; ++t) {
+      if (fields().living.cracked[t]) {
+        const auto& corners = surface().cells[t / 4];
+        const Eigen::Vector3d middle =
+            (surface().rest.col(corners[t % 4]) + surface().rest.col(corners[(t + 1) % 4])) / 2;
         own.push_back({middle.x(), middle.y()});
       }
     }
-    std::vector<std::array<double, 2>> all = of_all_ranks(sheet().comm(), own);  // each from both of its cells
+    std::vector<std::array<double, 2>> all = of_all_ranks(surface().comm(), own);  // each from both of its cells
     std::sort(all.begin(), all.end());
     return all;
   }
@@ -86,7 +84,7 @@ TEST(Cracks, part_a_strip_across_where_it_is_weak) {
   options.ablation.strength_range = {0.5, 1};
   constexpr int cells = 6;
   Pulled run(strip_mesh(cells), options, 1e-3);
-  const PetscInt particles = run.sheet().particles.global;
+  const PetscInt particles = run.surface().particles.global;
   const double mass = run.mass();
   const double begin = run.first_crack(0.1);
   for (int k = 0; k < 20; ++k) {
@@ -94,19 +92,19 @@ TEST(Cracks, part_a_strip_across_where_it_is_weak) {
   }
 
   EXPECT_EQ(run.cracked_sides(), cells);
-  EXPECT_NEAR(run.sum(run.state().crack_length), width, 1e-12);
+  EXPECT_NEAR(run.sum(run.fields().crack_length), width, 1e-12);
   for (const auto& [x, y] : run.cracks()) {
     EXPECT_NEAR(y, length / 2, 1e-12);
   }
-  EXPECT_EQ(run.sheet().particles.global, particles + cells + 1);
-  EXPECT_EQ(run.sheet().elements.global, 2 * cells * cells) << "no cell is lost";
+  EXPECT_EQ(run.surface().particles.global, particles + cells + 1);
+  EXPECT_EQ(run.surface().elements.global, 2 * cells * cells) << "no cell is lost";
   const std::vector<PetscInt> ids = run.ids();
   EXPECT_EQ(std::set<PetscInt>(ids.begin(), ids.end()).size(), ids.size());
   EXPECT_EQ(*std::max_element(ids.begin(), ids.end()), particles + cells) << "new ids follow on the old ones";
   EXPECT_NEAR(run.mass(), mass, 1e-14 * mass);
   EXPECT_NEAR(run.initial_mass(), mass, 1e-14 * mass);
-  EXPECT_EQ(run.sum(run.state().mass_burnt), 0);
-  const std::vector<double>& burnt = run.state().burn_time;
+  EXPECT_EQ(run.sum(run.fields().mass_burnt), 0);
+  const std::vector<double>& burnt = run.fields().burn_time;
   EXPECT_TRUE(std::all_of(burnt.begin(), burnt.end(), [](double time) { return time == -1; }));
 
   run.expect_halves(mass, length, begin - 1e-12, begin + 0.01, speed * run.time(), 0.1);
@@ -215,18 +213,18 @@ TEST(Cracks, run_on_from_a_notch) {
   constexpr int cut = 3;
   constexpr double edge = width / cells;
   Pulled run(notched(cells, cut), options, 1e-3);
-  const PetscInt particles = run.sheet().particles.global;
+  const PetscInt particles = run.surface().particles.global;
   const double begin = run.first_crack(0.1);
   const std::vector<std::array<double, 2>> first = run.cracks();
   ASSERT_EQ(first.size(), 2U) << "one side, of two cells";
   EXPECT_NEAR(first[0][0], (cut + 0.5) * edge, 1e-12) << "at the tip";
   EXPECT_NEAR(first[0][1], length / 2, 1e-12);
   EXPECT_LT(begin, 0.8 * strength / stiffness * length / speed) << "sooner than without a notch";
-  EXPECT_EQ(run.sheet().particles.global, particles + 1) << "the tip opens";
-  while (run.state().pieces.present.size() == 1 && run.time() < begin + 0.02) {
+  EXPECT_EQ(run.surface().particles.global, particles + 1) << "the tip opens";
+  while (run.fields().pieces.present.size() == 1 && run.time() < begin + 0.02) {
     run.step();
   }
-  EXPECT_EQ(run.state().pieces.present.size(), 2U);
+  EXPECT_EQ(run.fields().pieces.present.size(), 2U);
   EXPECT_EQ(run.cracked_sides(), cells - cut) << "straight across";
   for (const auto& [x, y] : run.cracks()) {
     EXPECT_NEAR(y, length / 2, 1e-12);

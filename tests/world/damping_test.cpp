@@ -4,52 +4,31 @@
 
 #include <cmath>
 
-#include "surface/shell.h"
 #include "tests/support/alone.h"
 #include "tests/support/grid_mesh.h"
 #include "tests/support/print_once.h"
-#include "world/burn.h"
 
 namespace pellicle::damping_test {
 namespace {
 
 constexpr double edge = 0.05;
 
-struct DampedSheet {
-  explicit DampedSheet(Options given)
-      : options(std::move(given)),
-        sheet(make_sheet(PETSC_COMM_WORLD, grid_mesh(6, 2, edge), shell_options(options))),
-        clock(Burn::stage_names()),
-        burn(sheet, options, clock),
-        state(burn.initial_state()) {}
+struct DampedSheet : Alone {
+  explicit DampedSheet(const Options& options) : Alone(grid_mesh(6, 2, edge), options) {}
 
-  void advance(double until) {
-    while (state.time < until - 1e-9) {
-      last = advance_alone(burn, state, options.time.step);
-      ASSERT_TRUE(last.converged) << last.reason;
+  void go(double until) {
+    while (state().time < until - 1e-9) {
+      const AloneStep step = advance(object.options().time.step);
+      ASSERT_TRUE(step.converged) << step.reason;
     }
   }
   /// The greatest distance along an axis from where the sheet is undeformed [m].
   double moved(int axis) const {
-    double most = (state.position.values() - sheet.rest).row(axis).cwiseAbs().maxCoeff();
-    MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPI_DOUBLE, MPI_MAX, sheet.comm());
+    double most = (state().position.values() - surface().rest).row(axis).cwiseAbs().maxCoeff();
+    MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPI_DOUBLE, MPI_MAX, surface().comm());
     return most;
   }
-  double weight() const {
-    double mass = 0;
-    for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
-      mass += state.mass.data()[i];
-    }
-    MPI_Allreduce(MPI_IN_PLACE, &mass, 1, MPI_DOUBLE, MPI_SUM, sheet.comm());
-    return mass * options.force.gravity.norm();
-  }
-
-  Options options;
-  Sheet sheet;
-  StageClock clock;
-  Burn burn;
-  State state;
-  BurnStep last;
+  double weight() const { return figure("mass_left") * object.options().force.gravity.norm(); }
 };
 
 Options damped(const std::string& dynamics, double rate_times_step) {
@@ -72,7 +51,7 @@ double stretch(const std::string& dynamics, double rate_times_step) {
   options.force.gravity = {9.81, 0, 0};
   options.pins["top"].box = {-1e-3, -1, -1, 1e-3, 1, 1};
   DampedSheet strip(options);
-  strip.advance(4);
+  strip.go(4);
   return strip.moved(0);
 }
 
@@ -102,8 +81,8 @@ double press(const std::string& dynamics, double rate_times_step, double wind) {
     options.force.air.wind.velocity = {{0, 0, 0, -wind}};
   }
   DampedSheet plate(options);
-  plate.advance(2);
-  const double force = -plate.last.loads.at(0).force.z();
+  plate.go(2);
+  const double force = -plate.object.last_step().loads.at(0).force.z();
   const double push = density / 2 * wind * wind * 12 * edge * edge;
   return force / (plate.weight() + (wind > 0 ? push : 0));
 }
@@ -126,11 +105,11 @@ TEST(Damping, AFreeSheetFadesAndFallsAsTheFormulaSays) {
   // dv/dt = g - c v: each step is exact, whatever its length.
   for (const char* dynamics : {"elastic", "spring", "projection"}) {
     DampedSheet sheet(damped(dynamics, 0.5));
-    const double c = *sheet.options.force.damping;
-    sheet.advance(0.2);
-    const double speed = 9.81 / c * (1 - std::exp(-c * sheet.state.time));
-    for (PetscInt i = 0; i < sheet.sheet.particles.owned; ++i) {
-      EXPECT_NEAR(sheet.state.velocity.vector(i).z(), -speed, 1e-6 * speed) << dynamics;
+    const double c = *sheet.object.options().force.damping;
+    sheet.go(0.2);
+    const double speed = 9.81 / c * (1 - std::exp(-c * sheet.state().time));
+    for (PetscInt i = 0; i < sheet.surface().particles.owned; ++i) {
+      EXPECT_NEAR(sheet.state().velocity.vector(i).z(), -speed, 1e-6 * speed) << dynamics;
     }
   }
 }

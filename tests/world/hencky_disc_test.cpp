@@ -39,10 +39,11 @@ struct Disc {
 Disc inflated_disc(int rings, double poisson) {
   StaticBalloon disc(disc_mesh(rings, radius), disc_options(poisson));
   const PetscInt centre = 0;
+  const Membrane& membrane = disc.membrane();
   const auto height = [&] {
     double sum = 0;
-    for (PetscInt i = 0; i < disc.membrane.particles.owned; ++i) {
-      sum += disc.membrane.persistent_id[i] == centre ? disc.state.position.vector(i).z() : 0;
+    for (PetscInt i = 0; i < membrane.particles.owned; ++i) {
+      sum += membrane.persistent_id[i] == centre ? disc.state().position.vector(i).z() : 0;
     }
     MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
     return sum;
@@ -60,15 +61,14 @@ Disc inflated_disc(int rings, double poisson) {
   enum Sum { inner, outer_but_one, outer, count };
   std::array<double, count> sums{};
   std::array<double, count> numbers{};
-  const Wall& wall = disc.chain.elements().wall();
-  for (PetscInt e = 0; e < disc.membrane.elements.owned; ++e) {
-    const auto& [a, b, c] = disc.membrane.triangles[e];
-    const auto x = [&](PetscInt i) { return disc.state.position.vector(i); };
+  const Wall& wall = disc.elements().wall();
+  for (PetscInt e = 0; e < membrane.elements.owned; ++e) {
+    const auto& [a, b, c] = membrane.triangles[e];
+    const auto x = [&](PetscInt i) { return disc.state().position.vector(i); };
     const PrincipalState principal =
         principal_state(wall.materials[0], wall.rule, wall.rest[e], x(b) - x(a), x(c) - x(a), 1);
-    const double ring = rings *
-                        (disc.membrane.rest.col(a) + disc.membrane.rest.col(b) + disc.membrane.rest.col(c)).norm() /
-                        (3 * radius);
+    const double ring =
+        rings * (membrane.rest.col(a) + membrane.rest.col(b) + membrane.rest.col(c)).norm() / (3 * radius);
     const auto add = [&](Sum sum) {
       sums[sum] += principal.stress[0] * thickness;
       numbers[sum] += 1;

@@ -4,14 +4,10 @@
 
 #include <cmath>
 
-#include "surface/shell.h"
 #include "tests/support/alone.h"
 #include "tests/support/grid_mesh.h"
 #include "tests/support/print_once.h"
 #include "tests/support/solver_options.h"
-#include "world/burn.h"
-#include "world/ledger.h"
-#include "world/sheet_ledger.h"
 
 namespace pellicle::inextensibility_test {
 namespace {
@@ -43,28 +39,19 @@ Options hanging_options() {
 
 /// Largest |strain| of each colour after one second. Collective.
 std::array<double, 4> strains_when_hung(const std::string& name, const Options& options) {
-  const Sheet sheet = make_sheet(PETSC_COMM_WORLD, grid_mesh(cells, cells, 1.0 / cells), options.sheet);
-  StageClock clock(Burn::stage_names());
-  Burn burn(sheet, options, clock);
-  State state = burn.initial_state();
-  std::array<double, 4> largest{};
-  double lowest = 0;
-  while (state.time < 1 - 1e-9) {
-    const BurnStep step = advance_alone(burn, state, 0.005);
+  Alone sheet(grid_mesh(cells, cells, 1.0 / cells), options);
+  while (sheet.state().time < 1 - 1e-9) {
+    const AloneStep step = sheet.advance(0.005);
     EXPECT_TRUE(step.converged) << step.reason;
     if (!step.converged) {
-      return largest;
+      return {};
     }
   }
-  for (const Colour colour : all_colours) {
-    for (const double strain : strains(sheet.of(colour), state, colour)) {
-      largest[static_cast<std::size_t>(colour)] = std::max(largest[static_cast<std::size_t>(colour)], std::abs(strain));
-    }
+  const std::array<double, 4> largest = sheet.object.last_step().strain->largest_of;
+  double lowest = 0;
+  for (PetscInt i = 0; i < sheet.sheet().owned_corners; ++i) {
+    lowest = std::min(lowest, sheet.state().position.vector(i).z());
   }
-  for (PetscInt i = 0; i < sheet.owned_corners; ++i) {
-    lowest = std::min(lowest, state.position.vector(i).z());
-  }
-  MPI_Allreduce(MPI_IN_PLACE, largest.data(), 4, MPI_DOUBLE, MPI_MAX, PETSC_COMM_WORLD);
   MPI_Allreduce(MPI_IN_PLACE, &lowest, 1, MPI_DOUBLE, MPI_MIN, PETSC_COMM_WORLD);
   print_once("hung sheet, %s: largest strain red %.2g green %.2g blue %.2g yellow %.2g, lowest point %.3f m\n",
              name.c_str(), largest[0], largest[1], largest[2], largest[3], lowest);

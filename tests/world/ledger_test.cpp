@@ -1,8 +1,6 @@
 // Every column of a burning sheet's tables against a value that this test works out by itself, from the fields of all
 // ranks by persistent id.
 
-#include "world/ledger.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -10,7 +8,6 @@
 #include <numeric>
 #include <sstream>
 
-#include "surface/shell.h"
 #include "tests/io/files.h"
 #include "tests/support/alone.h"
 #include "tests/support/csv.h"
@@ -64,22 +61,19 @@ Options burning_options() {
   return options;
 }
 
-/// Runs the scene twice: in a BurnRun, which writes, and step by step beside it.
+/// Runs the scene twice: in a world with its output, and step by step beside it.
 class Tables : public ::testing::Test {
  protected:
-  Tables()
-      : options_(burning_options()),
-        sheet_(make_sheet(PETSC_COMM_WORLD, grid_mesh(7, 1, edge), options_.sheet)),
-        clock_(Burn::stage_names()),
-        burn_(sheet_, options_, clock_),
-        state_(burn_.initial_state()) {
-    const Whole start(sheet_, state_);
+  Tables() {
+    const Whole start = whole();
     initial_heat_ = 1340 * start.mass.dot(start.temperature);
     initial_mass_ = start.shared([](const Whole::Cell&) { return 0.08 * edge * edge / 4; });
   }
 
+  Whole whole() const { return {sheet_.sheet(), state_}; }
+
   /// Row of the present state; heat_in and heat_out are sums of all steps.
-  TableRow row(const Whole& now, const BurnStep& step, const StageClock& written) const {
+  TableRow row(const Whole& now, const AloneStep& step, const StageClock& written) const {
     TableRow row{{"time", state_.time},
                  {"step", state_.step},
                  {"time_step", state_.step == 0 ? 0 : h},
@@ -102,7 +96,7 @@ class Tables : public ::testing::Test {
                  {"constraint_error", state_.step == 0 ? 0 : now.error(now.x)},
                  {"contacts", state_.step == 0 ? 0 : on_floor(now)},
                  {"heat_iterations", step.heat_iterations},
-                 {"projection_iterations", step.dynamics_iterations},
+                 {"projection_iterations", step.motion_iterations},
                  {"newton_iterations", step.newton_iterations},
                  {"force_residual", step.force_residual}};
     for (std::size_t colour = 0; colour < 4; ++colour) {
@@ -119,7 +113,7 @@ class Tables : public ::testing::Test {
   }
 
   /// The floor, which has no friction, and how near it is to what there is: no more than a tenth of an edge.
-  void add_floor(TableRow& row, const Whole& now, const BurnStep& step) const {
+  void add_floor(TableRow& row, const Whole& now, const AloneStep& step) const {
     row["force_floor_x"] = row["force_floor_y"] = 0;
     row["force_floor_z"] = step.loads.empty() ? 0 : step.loads[0].force.z();
     if (state_.step > 0 && on_floor(now) > 0) {
@@ -226,11 +220,9 @@ class Tables : public ::testing::Test {
     }
   }
 
-  Options options_;
-  Sheet sheet_;
-  StageClock clock_;
-  Burn burn_;
-  State state_;
+  Options options_ = burning_options();
+  Alone sheet_{grid_mesh(7, 1, edge), options_};
+  State& state_ = sheet_.state();
   Eigen::RowVectorXd initial_mass_;
   double heat_in_ = 0;
   double heat_out_ = 0;
@@ -241,8 +233,9 @@ class Tables : public ::testing::Test {
 
 TEST_F(Tables, AreOfStatesWhoseGhostsAreUpToDate) {
   for (int k = 1; k <= steps; ++k) {
-    ASSERT_TRUE(advance_alone(burn_, state_, h).converged);
-    for (Field* field : {&state_.position, &state_.velocity, &state_.temperature, &state_.mass, &state_.mass_change}) {
+    ASSERT_TRUE(sheet_.advance(h).converged);
+    BurningFields& fields = sheet_.burning();
+    for (Field* field : {&state_.position, &state_.velocity, &fields.temperature, &fields.mass, &fields.mass_change}) {
       const Eigen::MatrixXd values = field->values();
       field->update_ghosts();
       EXPECT_EQ(field->values(), values) << "step " << k;
@@ -257,8 +250,7 @@ TEST_F(Tables, HaveWhatTheStateSays) {
   std::ostringstream silent;
   Console console(PETSC_COMM_WORLD, 0, silent, false);
   RunFolder run_folder(options_.output);
-  OneObject<BurnRun> run(make_sheet(PETSC_COMM_WORLD, grid_mesh(7, 1, edge), options_.sheet), options_,
-                         run_folder.output, console);
+  OneObject run(grid_mesh(7, 1, edge), options_, run_folder.output, console);
   const StageClock& clock = run.clock();
 
   std::vector<TableRow> history;
@@ -276,24 +268,23 @@ TEST_F(Tables, HaveWhatTheStateSays) {
                         {"mass", masses[piece]}});
     }
   };
-  const Whole start(sheet_, state_);
-  run.draw();
-  run.record(0, 0);
+  const Whole start = whole();
+  run.begin();
   add_pieces(start);
   history.push_back(row(start, {}, clock));
   for (int k = 1; k <= steps; ++k) {
-    const Whole before(sheet_, state_);
+    const Whole before = whole();
     const double time = state_.time;
     run.keep();
     ASSERT_TRUE(run.advance(h).converged);
-    const BurnStep step = advance_alone(burn_, state_, h);
+    const AloneStep step = sheet_.advance(h);
     ASSERT_TRUE(step.converged) << step.reason;
     run.accept(run.time());
     testing::internal::CaptureStdout();  // The curves of Fig. 8 are printed, too.
-    run.record(h, k % 3);
+    run.record(k % 3);
     testing::internal::GetCapturedStdout();
 
-    const Whole after(sheet_, state_);
+    const Whole after = whole();
     add_heat(before, after, time);
     add_work(before, after);
     history.push_back(row(after, step, clock));

@@ -13,14 +13,17 @@ TEST(NonFinite, TheFirstOfAnyRankIsNamedOnAll) {
   MPI_Comm_rank(MPI_COMM_WORLD, &rank);
   MPI_Comm_size(MPI_COMM_WORLD, &ranks);
   const bool is_last = rank == ranks - 1;
+  const Layout particles = number_owned(MPI_COMM_WORLD, 0);
   const std::vector<double> sound{1, -2, 0, std::numeric_limits<double>::max()};
   std::vector<double> broken = sound;
   broken[2] = is_last ? std::numeric_limits<double>::quiet_NaN() : 0;
   std::vector<double> infinite = sound;
   infinite[0] = rank == 0 ? -std::numeric_limits<double>::infinity() : 0;
-  const auto words = [](const std::vector<double>& position, const std::vector<double>& velocity) {
-    return non_finite(MPI_COMM_WORLD,
-                      {{"position", position.data(), position.size()}, {"velocity", velocity.data(), velocity.size()}});
+  const auto words = [&](std::vector<double> position, std::vector<double> velocity) {
+    FieldRegistry state(particles, {});
+    state.declare({"position", "m", Item::spring}, position);
+    state.declare({"velocity", "m/s", Item::spring}, velocity);
+    return non_finite(MPI_COMM_WORLD, state);
   };
   EXPECT_EQ(words(sound, sound), "");
   EXPECT_EQ(words(broken, infinite), "the position is not finite");

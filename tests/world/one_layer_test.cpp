@@ -4,37 +4,21 @@
 
 #include <cmath>
 
-#include "base/error.h"
-#include "surface/net_strain.h"
-#include "surface/shell.h"
 #include "tests/support/alone.h"
 #include "tests/support/grid_mesh.h"
-#include "tests/support/solver_options.h"
-#include "world/burn.h"
 
 namespace pellicle::one_layer_test {
 namespace {
 
-struct Net {
-  explicit Net(Options given)
-      : options(std::move(given)),
-        sheet(make_sheet(PETSC_COMM_WORLD, grid_mesh(8, 6, 0.1), options.sheet)),
-        clock(Burn::stage_names()),
-        burn(sheet, options, clock),
-        state(burn.initial_state()) {}
+struct Net : Alone {
+  explicit Net(const Options& options) : Alone(grid_mesh(8, 6, 0.1), options) {}
 
-  void advance(int steps) {
+  void go(int steps) {
     for (int step = 0; step < steps; ++step) {
-      const BurnStep result = advance_alone(burn, state, 2e-3);
+      const AloneStep result = advance(2e-3);
       ASSERT_TRUE(result.converged) << "step " << step + 1 << ": " << result.reason;
     }
   }
-
-  Options options;
-  Sheet sheet;
-  StageClock clock;
-  Burn burn;
-  State state;
 };
 
 Options net_options() {
@@ -48,9 +32,9 @@ Options net_options() {
 
 TEST(OneLayerNet, FallsFreely) {
   Net net(net_options());
-  net.advance(50);
-  for (PetscInt i = 0; i < net.sheet.particles.local(); ++i) {
-    EXPECT_LE((net.state.velocity.vector(i) - Eigen::Vector3d(0, 0, -0.981)).norm(), 1e-9);
+  net.go(50);
+  for (PetscInt i = 0; i < net.sheet().particles.local(); ++i) {
+    EXPECT_LE((net.state().velocity.vector(i) - Eigen::Vector3d(0, 0, -0.981)).norm(), 1e-9);
   }
 }
 
@@ -66,17 +50,18 @@ TEST(OneLayerNet, DoesNotResistShear) {
     options.pins["above"].path.push_back({0.002 * k, 0.6 * std::sin(a), 0.6 * (std::cos(a) - 1), 0});
   }
   Net net(options);
-  net.advance(50);
-  const NetStrain strain = net_strain(net.sheet, net.state.position, net.state.target_length, net.state.living);
+  net.go(50);
+  const NetStrain strain = *net.object.last_step().strain;
   EXPECT_LE(strain.largest, 0.01);
   EXPECT_EQ(strain.largest_of[static_cast<std::size_t>(Colour::yellow)], 0) << "does not act";
-  for (std::size_t cell = 0; cell < net.sheet.cells.size(); ++cell) {
-    const auto& [a, b, c, d] = net.sheet.cells[cell];
-    const Field& x = net.state.position;
+  for (std::size_t cell = 0; cell < net.sheet().cells.size(); ++cell) {
+    const auto& [a, b, c, d] = net.sheet().cells[cell];
+    const Field& x = net.state().position;
     const double diagonal = (x.vector(a) - x.vector(c)).norm();
     EXPECT_NEAR(diagonal, 0.2 * std::cos(M_PI / 4 - angle / 2), 5e-3);
-    EXPECT_LE((x.vector(net.sheet.lattice[cell]) - (x.vector(a) + x.vector(b) + x.vector(c) + x.vector(d)) / 4).norm(),
-              1e-14);
+    EXPECT_LE(
+        (x.vector(net.sheet().lattice[cell]) - (x.vector(a) + x.vector(b) + x.vector(c) + x.vector(d)) / 4).norm(),
+        1e-14);
   }
 }
 

@@ -1,50 +1,52 @@
 #pragma once
 
 #include <memory>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
-#include "world/burn_run.h"
-#include "world/inflate_run.h"
-#include "world/world.h"
+#include "surface/membrane.h"
+#include "surface/mesh_rows.h"
+#include "surface/sheet.h"
+#include "world/world_output.h"
 
 namespace pellicle {
 
-/// The clock of a sheet's or a balloon's stages.
-template <class ObjectType>
-std::unique_ptr<StageClock> clock_of(const Options& options) {
-  return std::make_unique<StageClock>(
-      std::is_same_v<ObjectType, BurnRun> ? Burn::stage_names() : Inflate::stage_names(balloon_burns(options)));
-}
-
-/// A world of one sheet or balloon without a name, as a deck without objects makes it.
-template <class ObjectType>
-class OneObject : public World {
+/// A world of one object without a name.
+class WorldOfOne {
  public:
-  template <class Mesh>
-  OneObject(Mesh mesh, const Options& options, OutputFolder& folder, Console& console)
-      : World(folder, options.output, only(std::move(mesh), options, folder, console), {plan_of_object(options)}) {}
+  WorldOfOne(const SurfaceMesh& mesh, Options options, ChainKind chain)
+      : of_one_(only(mesh, of_chain(options, chain)), {plan_of("", of_chain(options, chain))}) {}
 
-  ObjectType& object() { return static_cast<ObjectType&>(*members().front().object); }
-  StageClock& clock() { return *members().front().clock; }
+ protected:
+  World of_one_;
 
  private:
   /// Whether or not the options say which chain it is.
-  static GroupPlan plan_of_object(Options options) {
-    options.chain = std::is_same_v<ObjectType, BurnRun> ? ChainKind::burn : ChainKind::inflate;
-    return plan_of("", options);
+  static Options of_chain(Options options, ChainKind chain) {
+    options.chain = chain;
+    return options;
   }
+  static std::vector<std::unique_ptr<Object>> only(const SurfaceMesh& mesh, Options options) {
+    std::vector<std::unique_ptr<Object>> objects;
+    objects.push_back(
+        std::make_unique<Object>("", std::move(options), PETSC_COMM_WORLD, rows_of(PETSC_COMM_WORLD, mesh)));
+    return objects;
+  }
+};
 
-  template <class Mesh>
-  static std::vector<Member> only(Mesh mesh, const Options& options, OutputFolder& folder, Console& console) {
-    std::vector<Member> members;
-    Member& member = members.emplace_back();
-    member.clock = clock_of<ObjectType>(options);
-    member.object =
-        std::make_unique<ObjectType>(std::move(mesh), options, ObjectOutput{folder, console, *member.clock, ""});
-    return members;
-  }
+/// A world of one object, a sheet or a wall, as a deck without objects makes it, with its output.
+class OneObject : private WorldOfOne, public WorldOutput {
+ public:
+  /// @param mesh on all ranks, of which rank 0's counts
+  OneObject(const SurfaceMesh& mesh, const Options& options, OutputFolder& folder, Console& console,
+            ChainKind chain = ChainKind::burn)
+      : WorldOfOne(mesh, options, chain), WorldOutput(of_one_, folder, console, options.output) {}
+
+  Object& object() { return *world().objects().front(); }
+  State& state() { return object().state(); }
+  const Sheet& sheet() { return static_cast<const Sheet&>(object().surface()); }
+  const Membrane& membrane() { return static_cast<const Membrane&>(object().surface()); }
+  const StageClock& clock() { return object().clock(); }
 };
 
 }  // namespace pellicle

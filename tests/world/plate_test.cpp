@@ -43,8 +43,8 @@ double deflection(const SurfaceMesh& mesh, double poisson) {
   StaticBalloon plate(mesh, options);
   plate.reach(1);
   double height = 0;
-  for (PetscInt i = 0; i < plate.membrane.particles.owned; ++i) {
-    height += plate.membrane.persistent_id[i] == 0 ? plate.state.position.vector(i).z() : 0;
+  for (PetscInt i = 0; i < plate.membrane().particles.owned; ++i) {
+    height += plate.membrane().persistent_id[i] == 0 ? plate.state().position.vector(i).z() : 0;
   }
   MPI_Allreduce(MPI_IN_PLACE, &height, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
   return height / small;
@@ -100,11 +100,11 @@ double buckling_force(const SurfaceMesh& mesh, double length, double width) {
   for (int step = 1; step <= 10; ++step) {
     strip.reach(0.2 * step);
   }
-  const PetscInt owned = strip.membrane.particles.owned;
+  const PetscInt owned = strip.membrane().particles.owned;
   Eigen::Matrix3Xd forces = Eigen::Matrix3Xd::Zero(3, owned);
-  strip.chain.elements().add_force(strip.state.position, strip.state.thickness_ratio, forces);
+  strip.elements().add_force(strip.state().position, strip.state().thickness_ratio, forces);
   double force = 0;
-  for (const PetscInt i : strip.membrane.groups.at("left")) {
+  for (const PetscInt i : strip.membrane().groups.at("left")) {
     force -= i < owned ? forces(0, i) : 0;
   }
   MPI_Allreduce(MPI_IN_PLACE, &force, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);

@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <sstream>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -16,26 +15,21 @@
 
 namespace pellicle {
 
-/// A strip of a sheet (BurnRun) or a wall (InflateRun) that is drawn out along y, in steps of one length.
-template <class ObjectType>
+/// A strip of a sheet or a wall that is drawn out along y, in steps of one length.
 class PulledStrip {
  public:
-  template <class Mesh>
-  PulledStrip(Mesh mesh, const Options& options, double h)
+  PulledStrip(const SurfaceMesh& mesh, const Options& options, double h, ChainKind chain = ChainKind::burn)
       : h_(h),
         console_(PETSC_COMM_WORLD, 0, silent_, false),
         folder_(options.output),
-        run_(std::move(mesh), options, folder_.output, console_) {
-    run_.draw();
-    run_.record(0, 0);
+        run_(mesh, options, folder_.output, console_, chain) {
+    run_.begin();
   }
 
   void step() {
-    run_.keep();
-    const StepResult result = run_.advance(h_);
+    const StepResult result = run_.world().step(h_);
     ASSERT_TRUE(result.converged) << result.reason;
-    run_.accept(run_.time());
-    run_.record(h_, 0);
+    run_.record(0);
   }
   /// Steps until something has cracked. @returns when [s]
   double first_crack(double latest) {
@@ -46,22 +40,10 @@ class PulledStrip {
   }
 
   double time() const { return run_.time(); }
-  ObjectType& object() { return run_.object(); }
-  auto& state() { return object().state(); }
-  const Surface& surface() {
-    if constexpr (std::is_same_v<ObjectType, BurnRun>) {
-      return object().sheet();
-    } else {
-      return object().membrane();
-    }
-  }
-  BurningFields& fields() {
-    if constexpr (std::is_same_v<ObjectType, BurnRun>) {
-      return state();
-    } else {
-      return *state().burning;
-    }
-  }
+  Object& object() { return run_.object(); }
+  State& state() { return run_.state(); }
+  const Surface& surface() { return run_.object().surface(); }
+  BurningFields& fields() { return *state().burning; }
   static double sum(double own) {
     MPI_Allreduce(MPI_IN_PLACE, &own, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
     return own;
@@ -121,7 +103,7 @@ class PulledStrip {
   std::ostringstream silent_;
   Console console_;
   RunFolder folder_;
-  OneObject<ObjectType> run_;
+  OneObject run_;
 };
 
 /// What a history says of a strip that has cracked across. Collective.

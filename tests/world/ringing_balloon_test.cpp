@@ -136,7 +136,7 @@ TEST(RingingBalloon, KeepsItsPeriodAndItsAmplitude) {
   course = {{0, 1}};
   for (int step = 1; step <= 300; ++step) {
     balloon.reach(step * h);
-    course.push_back({balloon.state.time, balloon.volume() / undeformed});
+    course.push_back({balloon.state().time, balloon.volume() / undeformed});
   }
   const std::vector<Peak> peaks = peaks_of(course);
   ASSERT_EQ(peaks.size(), 11U);
@@ -186,7 +186,7 @@ class Icosahedron : public ::testing::Test {
   }
 
   /// Largest error of s at the end, and of its rate.
-  static std::array<double, 2> errors(const BalloonState& state, const Membrane& membrane, const Radius& exact) {
+  static std::array<double, 2> errors(const State& state, const Membrane& membrane, const Radius& exact) {
     std::array<double, 2> error{0, 0};
     for (PetscInt i = 0; i < membrane.particles.local(); ++i) {
       const Eigen::Vector3d rest = membrane.rest.col(i);
@@ -210,7 +210,7 @@ TEST_F(Icosahedron, ConvergesWithTheSquareOfTheStep) {
       for (int step = 1; step <= steps; ++step) {
         balloon.reach(end_ * step / steps);
       }
-      const std::array<double, 2> error = errors(balloon.state, balloon.membrane, exact);
+      const std::array<double, 2> error = errors(balloon.state(), balloon.membrane(), exact);
       print_once("spectral radius %.1f, %d steps: s to %.1e, rate to %.1e/s\n", spectral_radius, steps, error[0],
                  error[1]);
       for (const std::size_t k : {0U, 1U}) {
@@ -243,13 +243,10 @@ TEST_F(Icosahedron, ItsErrorFollowsTheTolerance) {
     std::ostringstream silent;
     Console console(PETSC_COMM_WORLD, 0, silent, false);
     RunFolder run_folder(options.output);
-    const Membrane membrane = make_membrane(PETSC_COMM_WORLD, icosphere_mesh(0, radius), options.sheet);
-    OneObject<InflateRun> run(make_membrane(PETSC_COMM_WORLD, icosphere_mesh(0, radius), options.sheet), options,
-                              run_folder.output, console);
-    run.draw();
-    run.record(0, 0);
+    OneObject run(icosphere_mesh(0, radius), options, run_folder.output, console, ChainKind::inflate);
+    run.begin();
     run_steps(run, options.time, console);
-    error.push_back(errors(run.object().state(), membrane, exact)[0]);
+    error.push_back(errors(run.state(), run.membrane(), exact)[0]);
     steps.push_back(run.step());
     print_once("tolerance %.0e: %d steps, s to %.1e\n", tolerance, run.step(), error.back());
   }
@@ -261,20 +258,21 @@ TEST_F(Icosahedron, ItsErrorFollowsTheTolerance) {
 
 /// All of the vertices of a balloon.
 template <class Sum>
-Eigen::Vector3d sum_of(const StaticBalloon& balloon, const Sum& sum) {
+Eigen::Vector3d sum_of(StaticBalloon& balloon, const Sum& sum) {
   Eigen::Vector3d all = Eigen::Vector3d::Zero();
-  for (PetscInt i = 0; i < balloon.membrane.particles.owned; ++i) {
-    all += balloon.chain.mass()[i] * sum(i);
+  for (PetscInt i = 0; i < balloon.membrane().particles.owned; ++i) {
+    all += balloon.object.motion().mass()[i] * sum(i);
   }
   MPI_Allreduce(MPI_IN_PLACE, all.data(), 3, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
   return all;
 }
-Eigen::Vector3d momentum(const StaticBalloon& balloon) {
-  return sum_of(balloon, [&](PetscInt i) -> Eigen::Vector3d { return balloon.state.velocity.vector(i); });
+Eigen::Vector3d momentum(StaticBalloon& balloon) {
+  return sum_of(balloon, [&](PetscInt i) -> Eigen::Vector3d { return balloon.state().velocity.vector(i); });
 }
-Eigen::Vector3d angular_momentum(const StaticBalloon& balloon) {
+Eigen::Vector3d angular_momentum(StaticBalloon& balloon) {
   return sum_of(balloon, [&](PetscInt i) -> Eigen::Vector3d {
-    return Eigen::Vector3d(balloon.state.position.vector(i)).cross(Eigen::Vector3d(balloon.state.velocity.vector(i)));
+    return Eigen::Vector3d(balloon.state().position.vector(i))
+        .cross(Eigen::Vector3d(balloon.state().velocity.vector(i)));
   });
 }
 
@@ -291,8 +289,8 @@ TEST(SpinningBalloon, KeepsItsMomentumAndItsAngularMomentum) {
       point.z() *= 1.3;
     }
     StaticBalloon balloon(mesh, options);
-    for (PetscInt i = 0; i < balloon.membrane.particles.local(); ++i) {
-      balloon.state.velocity.vector(i) = flight + spin.cross(Eigen::Vector3d(balloon.state.position.vector(i)));
+    for (PetscInt i = 0; i < balloon.membrane().particles.local(); ++i) {
+      balloon.state().velocity.vector(i) = flight + spin.cross(Eigen::Vector3d(balloon.state().position.vector(i)));
     }
     const Eigen::Vector3d p = momentum(balloon);
     const Eigen::Vector3d l = angular_momentum(balloon);
@@ -316,15 +314,15 @@ TEST(RigidBalloonByGeneralizedAlpha, FallsExactlyWhateverTheSteps) {
   options.force.gravity = g;
   StaticBalloon balloon(icosphere_mesh(0, radius), options);
   const Eigen::Vector3d speed(1, 2, -0.5);
-  balloon.state.velocity.values().colwise() = speed;
+  balloon.state().velocity.values().colwise() = speed;
   for (const double time : {0.01, 0.013, 0.1, 0.102}) {
-    const InflateStep result = balloon.step_to(time);
+    const AloneStep result = balloon.step_to(time);
     ASSERT_TRUE(result.converged) << result.reason;
-    EXPECT_LE(result.step_error, 1e-9 * g.norm() * time * time);
-    for (PetscInt i = 0; i < balloon.membrane.particles.local(); ++i) {
-      const Eigen::Vector3d place = balloon.membrane.rest.col(i) + time * speed + time * time / 2 * g;
-      EXPECT_LE((balloon.state.position.vector(i) - place).norm(), 1e-11);
-      EXPECT_LE((balloon.state.velocity.vector(i) - speed - time * g).norm(), 1e-9);
+    EXPECT_LE(*result.error, 1e-9 * g.norm() * time * time);
+    for (PetscInt i = 0; i < balloon.membrane().particles.local(); ++i) {
+      const Eigen::Vector3d place = balloon.membrane().rest.col(i) + time * speed + time * time / 2 * g;
+      EXPECT_LE((balloon.state().position.vector(i) - place).norm(), 1e-11);
+      EXPECT_LE((balloon.state().velocity.vector(i) - speed - time * g).norm(), 1e-9);
     }
   }
 }
@@ -333,14 +331,14 @@ TEST(RigidBalloonByGeneralizedAlpha, FallsExactlyWhateverTheSteps) {
 double error_of_place(const Options& options, double end, int steps, const Eigen::Vector3d& speed,
                       const Eigen::Vector3d& expected) {
   StaticBalloon balloon(icosphere_mesh(0, radius), options);
-  balloon.state.velocity.values().colwise() = speed;
+  balloon.state().velocity.values().colwise() = speed;
   for (int step = 1; step <= steps; ++step) {
     balloon.reach(end * step / steps);
   }
   double error = 0;
-  for (PetscInt i = 0; i < balloon.membrane.particles.local(); ++i) {
-    const Eigen::Vector3d place = balloon.membrane.rest.col(i) + expected;
-    error = std::max(error, (balloon.state.position.vector(i) - place).norm());
+  for (PetscInt i = 0; i < balloon.membrane().particles.local(); ++i) {
+    const Eigen::Vector3d place = balloon.membrane().rest.col(i) + expected;
+    error = std::max(error, (balloon.state().position.vector(i) - place).norm());
   }
   MPI_Allreduce(MPI_IN_PLACE, &error, 1, MPI_DOUBLE, MPI_MAX, PETSC_COMM_WORLD);
   return error;
@@ -373,12 +371,12 @@ TEST(RigidBalloonByGeneralizedAlpha, IsBrakedByTheAirToSecondOrder) {
   options.wall.material.mu = 4e8;  // that it stays as it is
   const auto place = [&](int steps) {
     StaticBalloon balloon(icosphere_mesh(1, radius), options);
-    balloon.state.velocity.values().colwise() = speed;
+    balloon.state().velocity.values().colwise() = speed;
     for (int step = 1; step <= steps; ++step) {
       balloon.reach(end * step / steps);
     }
     return Eigen::Vector3d(
-        sum_of(balloon, [&](PetscInt i) -> Eigen::Vector3d { return balloon.state.position.vector(i); }));
+        sum_of(balloon, [&](PetscInt i) -> Eigen::Vector3d { return balloon.state().position.vector(i); }));
   };
   const double first = (place(20) - place(40)).norm();
   const double second = (place(40) - place(80)).norm();
@@ -399,13 +397,13 @@ TEST(BalloonByGeneralizedAlpha, LedVerticesAreInTheirPlaces) {
     balloon.reach(5e-4 * static_cast<double>(step + 1));
     const Eigen::Vector3d velocity = (places[step] - before) / 5e-4;
     before = places[step];
-    for (PetscInt i = 0; i < balloon.membrane.particles.local(); ++i) {
-      const Eigen::Vector3d rest = balloon.membrane.rest.col(i);
+    for (PetscInt i = 0; i < balloon.membrane().particles.local(); ++i) {
+      const Eigen::Vector3d rest = balloon.membrane().rest.col(i);
       if ((rest - Eigen::Vector3d(0, 0, radius)).norm() < 0.3 * radius) {
-        EXPECT_LE((balloon.state.position.vector(i) - rest - places[step]).norm(), 1e-15);
-        EXPECT_LE((balloon.state.velocity.vector(i) - velocity).norm(), 1e-10);
+        EXPECT_LE((balloon.state().position.vector(i) - rest - places[step]).norm(), 1e-15);
+        EXPECT_LE((balloon.state().velocity.vector(i) - velocity).norm(), 1e-10);
       } else if (std::abs(rest.x()) < 1e-9) {
-        EXPECT_LE(std::abs(balloon.state.position.vector(i).x() - rest.x()), 1e-15);
+        EXPECT_LE(std::abs(balloon.state().position.vector(i).x() - rest.x()), 1e-15);
       }
     }
   }
@@ -430,7 +428,8 @@ TEST(BalloonByGeneralizedAlpha, IsPressedByAMovingBody) {
       balloon.reach(step * h);
     }
     const double mass = sum_of(balloon, [](PetscInt) { return Eigen::Vector3d(1, 0, 0); })[0];
-    return sum_of(balloon, [&](PetscInt i) -> Eigen::Vector3d { return balloon.state.position.vector(i); }).z() / mass;
+    return sum_of(balloon, [&](PetscInt i) -> Eigen::Vector3d { return balloon.state().position.vector(i); }).z() /
+           mass;
   };
   const double exact = height(TimeScheme::implicit_euler, 5e-6);
   const double by_alpha = height(TimeScheme::generalized_alpha, 5e-4);

@@ -28,9 +28,9 @@ void expect_all_differ(const StateValues& values, const StateValues& others) {
 }
 
 /// Restoring a copy leaves no trace of what has happened since.
-template <class AnyState>
-void expect_put_back(AnyState& state, AnyState& copy) {
+void expect_put_back(State& state, const Surface& surface) {
   const StateValues before = values_of(state);
+  FieldRegistry copy(surface.particles, {surface.elements.owned, surface.elements.local()});  // learns of the fields
   copy = state;
   spoil(state);
   expect_all_differ(values_of(state), before);
@@ -43,33 +43,35 @@ void expect_put_back(AnyState& state, AnyState& copy) {
 TEST(Rollback, AssigningAStatePutsEveryFieldBack) {
   const Sheet sheet = make_sheet(PETSC_COMM_SELF, grid_mesh(2, 1, 1), {});
   State state(sheet);
-  state.pieces = initial_pieces(sheet);
-  State copy(sheet);
-  expect_put_back(state, copy);
+  state.add_burning(sheet);
+  state.add_springs(sheet);
+  state.burning->pieces = initial_pieces(sheet);
+  expect_put_back(state, sheet);
 }
 
 TEST(Rollback, AssigningABalloonsStatePutsEveryFieldBack) {
   const Membrane membrane = make_membrane(PETSC_COMM_SELF, icosphere_mesh(0, 1), {});
-  BalloonState state(membrane, 2);
+  State state(membrane);
+  state.add_wall();
+  state.add_chambers(2);
+  state.add_gas(2, 1);
   state.add_acceleration();
   state.add_path();
-  BalloonState copy(membrane, 2);
-  expect_put_back(state, copy);
+  expect_put_back(state, membrane);
 }
 
 TEST(Rollback, AssigningABurningBalloonsStatePutsEveryFieldBack) {
-  Options options;
-  options.chain = ChainKind::inflate;
-  options.heat.convection = 10;
   Membrane membrane = make_membrane(PETSC_COMM_SELF, icosphere_mesh(0, 1), {});
-  make_burnable(membrane, options);
-  BalloonState state(membrane, 2, true);
+  set_burnable(membrane, std::vector<double>(membrane.triangles.size(), 1));
+  State state(membrane);
+  state.add_wall();
+  state.add_chambers(2);
+  state.add_burning(membrane);
   state.burning->pieces = initial_pieces(membrane);
-  BalloonState copy(membrane, 2);  // learns of the fields
   for (const Colour none : {Colour::red, Colour::green, Colour::yellow}) {
     state.burning->living.springs[static_cast<std::size_t>(none)] = {true};  // to be seen to be put back
   }
-  expect_put_back(state, copy);
+  expect_put_back(state, membrane);
 }
 
 TEST(Rollback, AFieldOfAnotherSizeIsRefused) {
@@ -101,40 +103,46 @@ struct Written {
   std::map<std::string, std::vector<double>> tables;
 };
 
-void accepted_step(Chain& chain, double h) {
-  const StepResult result = chain.advance(h);
+void accepted_step(WorldOutput& run, double h) {
+  const StepResult result = run.world().step(h);
   ASSERT_TRUE(result.converged) << result.reason;
-  chain.accept(chain.time());
-  chain.record(h, 0);
+  run.record(0);
 }
 
 /// Two steps of length h, then the attempts, each of which is undone, and two more steps. Frames are drawn of the
 /// restored states and of the last state.
-void run_with_attempts(Chain& chain, double h, const std::vector<double>& attempts) {
-  chain.draw();
-  chain.record(0, 0);
-  accepted_step(chain, h);
-  accepted_step(chain, h);
-  chain.keep();
+void run_with_attempts(WorldOutput& run, double h, const std::vector<double>& attempts) {
+  run.begin();
+  accepted_step(run, h);
+  accepted_step(run, h);
+  run.keep();
   for (const double length : attempts) {
-    chain.advance(length);
-    chain.restore();
+    run.advance(length);
+    run.restore();
   }
-  chain.draw();
-  accepted_step(chain, h);
-  accepted_step(chain, h);
-  chain.draw();
+  run.draw();
+  accepted_step(run, h);
+  accepted_step(run, h);
+  run.draw();
 }
 
-/// A run that undoes attempts writes the same as one that makes none.
-/// @param make_and_run a run with an output folder and lengths of attempts
-template <class MakeAndRun>
-Written expect_no_trace(const MakeAndRun& make_and_run, double h) {
+/// A run of an object that undoes attempts writes the same as one that makes none. @returns what that is
+Written expect_no_trace(Options options, const SurfaceMesh& mesh, double h) {
   const TestFolder folder;
-  make_and_run(folder / "straight", std::vector<double>{});
-  make_and_run(folder / "attempts", std::vector<double>{h, 4 * h});
-  Written straight(folder / "straight");
-  const Written attempts(folder / "attempts");
+  const auto written = [&](const std::string& name, const std::vector<double>& attempts) {
+    options.output.directory = folder / name;
+    options.output.name = "run";
+    {
+      std::ostringstream silent;
+      Console console(PETSC_COMM_WORLD, 0, silent, false);
+      RunFolder run_folder(options.output);
+      OneObject run(mesh, options, run_folder.output, console, options.chain);
+      run_with_attempts(run, h, attempts);
+    }
+    return Written(folder / name);
+  };
+  const Written straight = written("straight", {});
+  const Written attempts = written("attempts", {h, 4 * h});
   EXPECT_EQ(straight.tables, attempts.tables);
   EXPECT_GT(straight.files.size(), 4U);
   for (const auto& [name, text] : straight.files) {
@@ -142,22 +150,6 @@ Written expect_no_trace(const MakeAndRun& make_and_run, double h) {
     EXPECT_TRUE(other != attempts.files.end() && other->second == text) << name << " differs";
   }
   return straight;
-}
-
-/// The same of a sheet of one mesh.
-Written expect_no_trace_of_a_sheet(Options options, const SurfaceMesh& mesh, double h) {
-  return expect_no_trace(
-      [&](const std::string& out, const std::vector<double>& attempts) {
-        options.output.directory = out;
-        options.output.name = "strip";
-        std::ostringstream silent;
-        Console console(PETSC_COMM_WORLD, 0, silent, false);
-        RunFolder folder(options.output);
-        OneObject<BurnRun> run(make_sheet(PETSC_COMM_WORLD, mesh, shell_options(options)), options, folder.output,
-                               console);
-        run_with_attempts(run, h, attempts);
-      },
-      h);
 }
 
 TEST(Rollback, AnAttemptOfABurningSheetLeavesNoTrace) {
@@ -185,7 +177,7 @@ TEST(Rollback, AnAttemptOfABurningSheetLeavesNoTrace) {
                                          {"elastic", "successive"}}) {
     options.dynamics = dynamics;
     options.project.method = method;
-    const Written written = expect_no_trace_of_a_sheet(options, grid_mesh(5, 1, 0.1), h);
+    const Written written = expect_no_trace(options, grid_mesh(5, 1, 0.1), h);
     EXPECT_EQ(written.tables.at("history.csv: pieces"), (std::vector<double>{1, 1, 1, 2, 2}));
   }
 }
@@ -205,24 +197,15 @@ TEST(Rollback, AnAttemptOfATearingSheetLeavesNoTrace) {
   options.pins["right"].box = {0.8 - 1e-6, -1, -1, 1, 1, 1};
   options.pins["right"].velocity = {1.5, 0, 0};
   constexpr double h = 2e-3;
-  const Written written = expect_no_trace_of_a_sheet(options, grid_mesh(8, 8, 0.1), h);
+  const Written written = expect_no_trace(options, grid_mesh(8, 8, 0.1), h);
   const std::vector<double>& sides = written.tables.at("history.csv: cracked_sides");
   EXPECT_GT(sides[2], 0);
   EXPECT_GT(sides[4], sides[2]);
 }
 
-Written expect_no_trace_in_a_balloon(const Membrane& membrane, Options options) {
-  return expect_no_trace(
-      [&](const std::string& out, const std::vector<double>& attempts) {
-        options.output.directory = out;
-        options.output.name = "ball";
-        std::ostringstream silent;
-        Console console(PETSC_COMM_WORLD, 0, silent, false);
-        RunFolder folder(options.output);
-        OneObject<InflateRun> run(membrane, options, folder.output, console);
-        run_with_attempts(run, 5e-3, attempts);
-      },
-      5e-3);
+Written expect_no_trace_in_a_balloon(Options options, const SurfaceMesh& mesh = icosphere_mesh(1, 0.05)) {
+  options.chain = ChainKind::inflate;
+  return expect_no_trace(options, mesh, 5e-3);
 }
 
 TEST(Rollback, AnAttemptOfABalloonLeavesNoTrace) {
@@ -234,8 +217,7 @@ TEST(Rollback, AnAttemptOfABalloonLeavesNoTrace) {
   options.prism.stiffness_damping = 1e-3;
   for (const char* rule : {"global", "plane_stress"}) {
     options.wall.thickness_rule = rule;
-    const Membrane membrane = make_membrane(PETSC_COMM_WORLD, icosphere_mesh(1, 0.05), shell_options(options));
-    expect_no_trace_in_a_balloon(membrane, options);
+    expect_no_trace_in_a_balloon(options);
   }
 }
 
@@ -243,7 +225,6 @@ TEST(Rollback, AnAttemptOfABurningBalloonLeavesNoTrace) {
   SolverOptions solvers;  // a preconditioner that remembers nothing
   solvers.set("prism_pc_type", "pbjacobi");
   Options options;
-  options.chain = ChainKind::inflate;
   options.chambers["gas"].law = "pressure";
   options.chambers["gas"].pressure = {{0, 1}};
   options.combustion.mass_loss_rate = 0.1;
@@ -254,8 +235,7 @@ TEST(Rollback, AnAttemptOfABurningBalloonLeavesNoTrace) {
   ball.radius = 0.07;
   ball.temperature = 2000;
   ball.rate = 500;
-  const Membrane membrane = make_membrane(PETSC_COMM_WORLD, icosphere_mesh(1, 0.05), shell_options(options));
-  expect_no_trace_in_a_balloon(membrane, options);
+  expect_no_trace_in_a_balloon(options);
 }
 
 TEST(Rollback, AnAttemptOfATearingWallLeavesNoTrace) {
@@ -263,7 +243,6 @@ TEST(Rollback, AnAttemptOfATearingWallLeavesNoTrace) {
   solvers.set("prism_pc_type", "pbjacobi");
   // A strip that cracks in its first steps, and again in attempts and after them.
   Options options;
-  options.chain = ChainKind::inflate;
   options.wall.thickness = 1e-3;
   options.wall.density = 2e4;  // so that no tangent is indefinite, for which preconditioners do remember something
   options.prism.mass_damping = 100;
@@ -272,9 +251,7 @@ TEST(Rollback, AnAttemptOfATearingWallLeavesNoTrace) {
   options.pins["left"].box = {-1, -1, -1, 1e-6, 1, 1};
   options.pins["right"].box = {0.4 - 1e-6, -1, -1, 1, 1, 1};
   options.pins["right"].velocity = {0.8, 0, 0};
-  const SurfaceMesh mesh = triangulated(grid_mesh(8, 8, 0.05));
-  const Membrane membrane = make_membrane(PETSC_COMM_WORLD, mesh, options.sheet);
-  const Written written = expect_no_trace_in_a_balloon(membrane, options);
+  const Written written = expect_no_trace_in_a_balloon(options, triangulated(grid_mesh(8, 8, 0.05)));
   const std::vector<double>& sides = written.tables.at("history.csv: cracked_sides");
   EXPECT_GT(sides[2], 0);
   EXPECT_GT(sides[4], sides[2]);
@@ -284,8 +261,7 @@ TEST(Rollback, AnAttemptAtAPrescribedVolumeLeavesNoTrace) {
   Options options;
   options.chambers["gas"].law = "volume";
   options.chambers["gas"].volume_ratio = {{0, 1}, {0.05, 3}};
-  const Membrane membrane = make_membrane(PETSC_COMM_WORLD, icosphere_mesh(1, 0.05), shell_options(options));
-  expect_no_trace_in_a_balloon(membrane, options);
+  expect_no_trace_in_a_balloon(options);
 }
 
 }  // namespace

@@ -4,18 +4,15 @@
 
 #include <deque>
 #include <memory>
-#include <optional>
 #include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "surface/shell.h"
 #include "tests/support/csv.h"
 #include "tests/support/run_folder.h"
 #include "tests/world/one_object.h"
-#include "world/gas_links.h"
-#include "world/group.h"
+#include "world/run_plan.h"
 
 namespace pellicle {
 
@@ -25,54 +22,37 @@ inline SurfaceMesh on_root(const SurfaceMesh& mesh) {
   return rank == 0 ? mesh : SurfaceMesh();
 }
 
-/// The world of some objects with their meshes.
+/// The world of some objects with their meshes, and its output.
 struct Scene {
-  Scene(std::deque<ObjectOptions> of_objects, const std::vector<SurfaceMesh>& meshes)
-      : objects(std::move(of_objects)),
-        groups(groups_of(objects)),
+  Scene(std::deque<NamedOptions> of_objects, const std::vector<SurfaceMesh>& meshes)
+      : plan(plan_run(std::move(of_objects))),
         folder(objects.front().options.output),
-        world(folder.output, objects.front().options.output, members(meshes), groups) {
-    world.draw();
-    world.record(0, 0);
+        world(made(meshes), plan.groups),
+        output(world, folder.output, console, objects.front().options.output) {
+    output.begin();
   }
 
-  static std::vector<GroupPlan> groups_of(std::deque<ObjectOptions>& objects) {
-    share_links(objects);
-    return plan_groups(objects);
-  }
-
-  std::vector<World::Member> members(const std::vector<SurfaceMesh>& meshes) {
-    std::vector<World::Member> list;
+  std::vector<std::unique_ptr<Object>> made(const std::vector<SurfaceMesh>& meshes) const {
+    std::vector<std::unique_ptr<Object>> made;
     for (std::size_t i = 0; i < objects.size(); ++i) {
-      const Options& options = objects[i].options;
-      const bool burns = options.chain == ChainKind::burn;
-      World::Member& member = list.emplace_back();
-      member.name = objects[i].name;
-      member.clock = burns ? clock_of<BurnRun>(options) : clock_of<InflateRun>(options);
-      const ObjectOutput output{folder.output, console, *member.clock, member.name, groups.size() < objects.size()};
-      if (burns) {
-        member.object = std::make_unique<BurnRun>(
-            make_sheet(PETSC_COMM_WORLD, on_root(meshes[i]), shell_options(options)), options, output);
-      } else {
-        member.object = std::make_unique<InflateRun>(make_membrane(PETSC_COMM_WORLD, on_root(meshes[i]), options.sheet),
-                                                     options, output);
-      }
+      made.push_back(std::make_unique<Object>(objects[i].name, objects[i].options, PETSC_COMM_WORLD,
+                                              rows_of(PETSC_COMM_WORLD, on_root(meshes[i]))));
     }
-    return list;
+    return made;
   }
 
-  Object& object(std::size_t i) { return *world.members()[i].object; }
+  Object& object(std::size_t i) { return *world.objects()[i]; }
+  const Membrane& membrane(std::size_t i) { return static_cast<const Membrane&>(object(i).surface()); }
+  const Sheet& sheet(std::size_t i) { return static_cast<const Sheet&>(object(i).surface()); }
 
   void throw_all(std::size_t i, const Eigen::Vector3d& velocity) {
     object(i).state().velocity.values().colwise() = velocity;
   }
 
   void step(double h) {
-    world.keep();
-    const StepResult result = world.advance(h);
+    const StepResult result = world.step(h);
     ASSERT_TRUE(result.converged) << result.reason;
-    world.accept(world.time());
-    world.record(h, 0);
+    output.record(0);
   }
 
   /// A column of a table in its last row.
@@ -81,12 +61,13 @@ struct Scene {
     return read_csv(objects.front().options.output.directory + "/" + table).at(column).back();
   }
 
-  std::deque<ObjectOptions> objects;
-  std::vector<GroupPlan> groups;
+  RunPlan plan;
+  const std::deque<NamedOptions>& objects{plan.objects};
   std::ostringstream said;
   Console console{PETSC_COMM_WORLD, 0, said, false};
   RunFolder folder;
   World world;
+  WorldOutput output;
 };
 
 }  // namespace pellicle

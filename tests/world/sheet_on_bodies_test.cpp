@@ -3,14 +3,12 @@
 #include <cmath>
 #include <limits>
 
-#include "contact/barrier.h"
+#include "contact/body_contact.h"
 #include "geometry/deepest_point.h"
 #include "geometry/pi.h"
 #include "surface/drawn_places.h"
-#include "surface/shell.h"
 #include "tests/support/alone.h"
 #include "tests/support/grid_mesh.h"
-#include "world/burn.h"
 
 namespace pellicle::sheet_on_bodies_test {
 namespace {
@@ -32,64 +30,54 @@ Options elastic_options() {
   return options;
 }
 
-/// An elastic sheet of 8 x 6 cells, its chain and its state.
-struct MovingSheet {
-  explicit MovingSheet(Options given, double h = 2e-3, const SurfaceMesh& mesh = grid_mesh(8, 6, edge))
-      : options(std::move(given)),
-        h(h),
-        surface(make_sheet(PETSC_COMM_WORLD, mesh, shell_options(options))),
-        clock(Burn::stage_names()),
-        burn(surface, options, clock),
-        state(burn.initial_state()) {}
+/// A sheet, of 8 x 6 cells unless there is another mesh, in steps of one length.
+struct MovingSheet : Alone {
+  explicit MovingSheet(const Options& options, double h = 2e-3, const SurfaceMesh& mesh = grid_mesh(8, 6, edge))
+      : Alone(mesh, options), h(h) {}
 
-  BurnStep step() {
-    const BurnStep result = advance_alone(burn, state, h);
-    EXPECT_TRUE(result.converged) << state.step << ": " << result.reason;
+  AloneStep step() {
+    const AloneStep result = advance(h);
+    EXPECT_TRUE(result.converged) << state().step << ": " << result.reason;
     return result;
   }
   /// Until a time. @returns the last step
-  BurnStep reach(double time) {
-    BurnStep last;
-    while (state.time < time - 1e-9 && !::testing::Test::HasFailure()) {
+  AloneStep reach(double time) {
+    AloneStep last;
+    while (state().time < time - 1e-9 && !::testing::Test::HasFailure()) {
       last = step();
     }
     return last;
   }
   double sum(const std::function<double(PetscInt)>& of) const {
     double total = 0;
-    for (PetscInt i = 0; i < surface.particles.owned; ++i) {
+    for (PetscInt i = 0; i < surface().particles.owned; ++i) {
       total += of(i);
     }
     MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
     return total;
   }
   double mass() const {
-    return sum([this](PetscInt i) { return state.mass.data()[i]; });
+    return sum([this](PetscInt i) { return burning().mass.data()[i]; });
   }
   Vector3d mean_velocity() const {
     Vector3d mean;
     for (Eigen::Index k = 0; k < 3; ++k) {
-      mean[k] = sum([&](PetscInt i) { return state.mass.data()[i] * state.velocity.vector(i)[k]; }) / mass();
+      mean[k] = sum([&](PetscInt i) { return burning().mass.data()[i] * state().velocity.vector(i)[k]; }) / mass();
     }
     return mean;
   }
   /// The least gap of a drawn triangle of this rank from a body.
   double least_gap(const BodyOptions& body) const {
-    const Solid solid = make_bodies(PETSC_COMM_WORLD, {{"body", body}})[0].at(state.time);
+    const Solid solid = make_bodies(PETSC_COMM_WORLD, {{"body", body}})[0].at(state().time);
     double least = std::numeric_limits<double>::infinity();
-    for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-      const auto corners = DrawnPlaces(surface, state.position.data(), t / 4)(surface.triangles[t]);
+    for (std::size_t t = 0; t < surface().triangles.size(); ++t) {
+      const auto corners = DrawnPlaces(surface(), state().position.data(), t / 4)(surface().triangles[t]);
       least = std::min(least, deepest_point(solid, corners, 100, 1e-5)->gap.distance);
     }
     return least;
   }
 
-  Options options;
   double h;
-  Sheet surface;
-  StageClock clock;
-  Burn burn;
-  State state;
 };
 
 BodyOptions plane(double friction, const Vector3d& normal = Vector3d::UnitZ()) {
@@ -105,7 +93,7 @@ TEST(SheetOnBodies, AtRestTheForceOnABodyIsTheWeight) {
   options.bodies["floor"] = plane(0.3);
   options.bodies["floor"].point = {0, 0, -0.005};
   MovingSheet sheet(options);
-  const BurnStep last = sheet.reach(0.4);
+  const AloneStep last = sheet.reach(0.4);
   ASSERT_EQ(last.loads.size(), 1U);
   EXPECT_NEAR(last.loads[0].force.z(), -sheet.mass() * g, 0.01 * sheet.mass() * g);
   EXPECT_LT(last.loads[0].force.head<2>().norm(), 0.01 * sheet.mass() * g);
@@ -242,10 +230,10 @@ TEST_P(AnySheetOnBodies, NothingFastTunnels) {
     EXPECT_GE(sheet.least_gap(ball), -0.1 * 0.1 * edge) << n;
   }
   // The sheet has been taken along and lies over the ball.
-  const double highest = sheet.state.position.values().row(2).maxCoeff();
+  const double highest = sheet.state().position.values().row(2).maxCoeff();
   double of_all = highest;
   MPI_Allreduce(MPI_IN_PLACE, &of_all, 1, MPI_DOUBLE, MPI_MAX, PETSC_COMM_WORLD);
-  EXPECT_GT(of_all, -0.2 + 40 * sheet.state.time);
+  EXPECT_GT(of_all, -0.2 + 40 * sheet.state().time);
 }
 
 // The upper half of a U falls on the lower half, which lies on the floor.
@@ -270,7 +258,7 @@ TEST_P(AnySheetOnBodies, ItsContactWithItselfPressesItIntoNone) {
   MovingSheet sheet(options, 2e-3, mesh);
   PetscInt touching = 0;
   for (int n = 0; n < 60 && !::testing::Test::HasFailure(); ++n) {
-    touching = std::max(touching, sheet.step().touching->contacts);
+    touching = std::max(touching, sheet.step().balance.contact->contacts);
     EXPECT_GE(sheet.least_gap(floor), -0.1 * 0.1 * edge) << n;
   }
   EXPECT_GT(touching, 0) << "the halves do not meet";
@@ -289,7 +277,7 @@ TEST(SheetOnBodies, AStrainLimitHoldsWhereTrianglesKeepOutOfABall) {
   double least = 1;
   for (int n = 0; n < 60 && !::testing::Test::HasFailure(); ++n) {
     sheet.step();
-    EXPECT_LE(sheet.burn.net_strain(sheet.state).largest, 0.01) << n;
+    EXPECT_LE(sheet.object.last_step().strain->largest, 0.01) << n;
     least = std::min(least, sheet.least_gap(ball));
   }
   EXPECT_GE(least, -0.1 * 0.1 * edge);
@@ -305,8 +293,8 @@ TEST(SheetOnBodies, ABouncingSheetGainsNoEnergy) {
   MovingSheet sheet(options);
   const auto energy = [&sheet] {
     return sheet.sum([&](PetscInt i) {
-      const double m = sheet.state.mass.data()[i];
-      return m * sheet.state.velocity.vector(i).squaredNorm() / 2 + m * g * sheet.state.position.vector(i).z();
+      const double m = sheet.burning().mass.data()[i];
+      return m * sheet.state().velocity.vector(i).squaredNorm() / 2 + m * g * sheet.state().position.vector(i).z();
     });
   };
   const double scale = sheet.mass() * g * 0.1;
@@ -317,8 +305,8 @@ TEST(SheetOnBodies, ABouncingSheetGainsNoEnergy) {
     const double now = energy();
     EXPECT_LE(now, before + 1e-3 * scale) << n;
     before = std::min(before, now);
-    if (sheet.state.time > 0.2) {
-      highest = std::max(highest, sheet.state.position.vector(0).z());
+    if (sheet.state().time > 0.2) {
+      highest = std::max(highest, sheet.state().position.vector(0).z());
     }
   }
   // A height of e^2 times that of the fall.
@@ -387,11 +375,11 @@ double heat_of_drum(Dynamics dynamics, double thickness, int n) {
   drum.friction = 1;
   drum.temperature = 400;
   MovingSheet sheet(options, 5e-3, strip(n));
-  sheet.state.position.values().row(2).array() += 2e-3;
+  sheet.state().position.values().row(2).array() += 2e-3;
   sheet.reach(0.4);
   return sheet.sum([&](PetscInt i) {
-    return options.heat.capacity * sheet.state.mass.data()[i] *
-           (sheet.state.temperature.data()[i] - options.heat.initial_temperature);
+    return options.heat.capacity * sheet.burning().mass.data()[i] *
+           (sheet.burning().temperature.data()[i] - options.heat.initial_temperature);
   });
 }
 

@@ -3,12 +3,10 @@
 #include <gtest/gtest.h>
 
 #include "base/error.h"
-#include "surface/shell.h"
 #include "tests/support/alone.h"
 #include "tests/support/by_id.h"
 #include "tests/support/grid_mesh.h"
 #include "tests/support/solver_options.h"
-#include "world/burn.h"
 
 namespace pellicle::solvers_test {
 namespace {
@@ -35,15 +33,12 @@ Answer burn_two_steps(const std::string& heat_operator, const std::string& heat_
   options.project.ksp_rtol = 1e-12;
   options.project.mat_type = "aij";
   options.project.max_steps = 2;
-  const Sheet sheet = make_sheet(PETSC_COMM_WORLD, grid_mesh(7, 6, 0.1), options.sheet);
-  StageClock clock(Burn::stage_names());
-  Burn burn(sheet, options, clock);
-  State state = burn.initial_state();
+  Alone sheet(grid_mesh(7, 6, 0.1), options);
   for (int step = 0; step < 2; ++step) {
-    const BurnStep result = advance_alone(burn, state, 5e-3);
+    const AloneStep result = sheet.advance(5e-3);
     EXPECT_TRUE(result.converged) << result.reason;
   }
-  return {by_id(sheet, state.position), by_id(sheet, state.temperature)};
+  return {by_id(sheet.surface(), sheet.state().position), by_id(sheet.surface(), sheet.burning().temperature)};
 }
 
 class Solvers : public ::testing::TestWithParam<SolverChoice> {};

@@ -41,7 +41,7 @@ Options options_for(const std::string& law, const std::vector<double>& stretches
 /// The pressures at these stretches.
 std::vector<double> pressures(int level, const Options& options, std::size_t count, Material* material) {
   StaticBalloon balloon(icosphere_mesh(level, radius), options);
-  *material = balloon.chain.elements().wall().materials[0];
+  *material = balloon.elements().wall().materials[0];
   std::vector<double> result;
   for (std::size_t i = 1; i <= count; ++i) {
     balloon.reach(static_cast<double>(i));
@@ -49,7 +49,7 @@ std::vector<double> pressures(int level, const Options& options, std::size_t cou
     if (options.wall.thickness_rule !=
         WallThickness::global_volume) {  // Its volume preservation moves the wall afterwards.
       const double ratio = options.chambers.at("gas").volume_ratio.at(i).at(1);
-      EXPECT_NEAR(balloon.volume() / balloon.chain.chambers().initial_volume(0), ratio, 1e-7 * ratio);
+      EXPECT_NEAR(balloon.volume() / balloon.chambers().initial_volume(0), ratio, 1e-7 * ratio);
     }
   }
   print_once("  level %d: %d Newton and %d linear iterations for %d steps\n", level, balloon.newton_iterations,

@@ -2,11 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <utility>
-
-#include "surface/membrane.h"
 #include "tests/support/alone.h"
-#include "world/inflate.h"
+#include "world/wall_motion.h"
 
 namespace pellicle {
 
@@ -31,38 +28,29 @@ inline Options static_plate_options(double young, double poisson, double thickne
   return options;
 }
 
-/// A balloon with its chain and its state.
-struct StaticBalloon {
-  StaticBalloon(const SurfaceMesh& mesh, Options given)
-      : options(std::move(given)),
-        membrane(make_membrane(PETSC_COMM_WORLD, mesh, options.sheet)),
-        clock(Inflate::stage_names()),
-        chain(membrane, options, clock),
-        state(chain.initial_state()) {}
+/// A balloon that steps by itself.
+struct StaticBalloon : Alone {
+  StaticBalloon(const SurfaceMesh& mesh, const Options& options) : Alone(mesh, options, ChainKind::inflate) {}
 
   /// One step to a time [s].
-  InflateStep step_to(double time) {
-    InflateStep result = alone.advance(state, time - state.time);
+  AloneStep step_to(double time) {
+    AloneStep result = advance(time - state().time);
     newton_iterations += result.newton_iterations;
-    linear_iterations += result.linear_iterations;
+    linear_iterations += result.motion_iterations;
     return result;
   }
 
   /// One step that must converge.
   void reach(double time) {
-    const InflateStep result = step_to(time);
+    const AloneStep result = step_to(time);
     ASSERT_TRUE(result.converged) << "at " << time << " s: " << result.reason;
   }
 
-  double pressure() const { return state.pressure[0]; }
-  double volume() const { return chain.chambers().volumes(state.position)[0]; }
+  double pressure() const { return state().pressure[0]; }
+  double volume() const { return chambers().volumes(state().position)[0]; }
+  /// The elements of its wall.
+  const PrismElements& elements() { return static_cast<const WallMotion&>(object.motion()).elements(); }
 
-  Options options;
-  Membrane membrane;
-  StageClock clock;
-  Inflate chain;
-  Alone<Inflate> alone{chain};
-  BalloonState state;
   int newton_iterations = 0;
   int linear_iterations = 0;
 };

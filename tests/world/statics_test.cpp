@@ -10,14 +10,10 @@
 #include "base/error.h"
 #include "geometry/pi.h"
 #include "meshing/closed_shapes.h"
-#include "surface/shell.h"
-#include "tests/support/alone.h"
 #include "tests/support/grid_mesh.h"
 #include "tests/support/print_once.h"
-#include "tests/support/solver_options.h"
 #include "tests/support/sphere_formulas.h"
 #include "tests/world/static_balloon.h"
-#include "world/burn.h"
 
 namespace pellicle::statics_test {
 namespace {
@@ -49,8 +45,8 @@ TEST(Statics, EveryStepEndsInEquilibriumWhateverTheDamping) {
   for (const double time : {0.01, 0.2, 0.5}) {
     several.reach(time);
   }
-  Material material = one.chain.elements().wall().materials[0];
-  const double stretch = std::cbrt(one.volume() / one.chain.chambers().initial_volume(0));
+  Material material = one.elements().wall().materials[0];
+  const double stretch = std::cbrt(one.volume() / one.chambers().initial_volume(0));
   EXPECT_NEAR(sphere_pressure(material, thickness / radius, stretch), 1500, 0.005 * 1500);
   EXPECT_NEAR(several.volume(), one.volume(), 1e-6 * one.volume());
 }
@@ -81,9 +77,9 @@ TEST(ArcLength, FollowsASphereThroughBothOfItsLimitPoints) {
   std::vector<Place> path{{1, 0}};
   for (int step = 1; step <= 30; ++step) {
     balloon.reach(0.1 * step);
-    const double load_time = *balloon.state.load_time;
+    const double load_time = *balloon.state().load_time;
     EXPECT_NEAR(balloon.pressure(), 3000 * load_time, 1e-9 * 3000);
-    path.push_back({std::cbrt(balloon.volume() / balloon.chain.chambers().initial_volume(0)),
+    path.push_back({std::cbrt(balloon.volume() / balloon.chambers().initial_volume(0)),
                     balloon.pressure() * radius / (thickness * c1)});
     EXPECT_NEAR(path.back().stretch - path[path.size() - 2].stretch, 0.1, 1e-3) << "all radial";
   }
@@ -98,7 +94,7 @@ TEST(ArcLength, FollowsASphereThroughBothOfItsLimitPoints) {
   EXPECT_NEAR(lowest.load, 2.52724, 0.005 * 2.52724);
   EXPECT_NEAR(lowest.stretch, 3.1427, 0.01 * 3.1427);
   EXPECT_LT(balloon.newton_iterations, 4 * 30);
-  const Material material = balloon.chain.elements().wall().materials[0];
+  const Material material = balloon.elements().wall().materials[0];
   for (std::size_t k = 1; k < path.size(); ++k) {
     const double expected = sphere_pressure(material, thickness / radius, path[k].stretch) * radius / (thickness * c1);
     EXPECT_NEAR(path[k].load, expected, 0.006 * expected) << "stretch " << path[k].stretch;
@@ -145,8 +141,8 @@ TEST(ArcLength, FollowsAPyramidThatSnapsThrough) {
   };
   const auto top = [&] {
     double z = 0;
-    for (PetscInt i = 0; i < balloon.membrane.particles.owned; ++i) {
-      z += balloon.membrane.persistent_id[i] == 0 ? balloon.state.position.vector(i).z() : 0;
+    for (PetscInt i = 0; i < balloon.membrane().particles.owned; ++i) {
+      z += balloon.membrane().persistent_id[i] == 0 ? balloon.state().position.vector(i).z() : 0;
     }
     MPI_Allreduce(MPI_IN_PLACE, &z, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
     return z;
@@ -160,9 +156,9 @@ TEST(ArcLength, FollowsAPyramidThatSnapsThrough) {
     const double z = top();
     EXPECT_NEAR(before - z, 1e-3 * std::sqrt(3), 1e-9);
     before = z;
-    EXPECT_NEAR(*balloon.state.load_time, force(z), 1e-6 * strongest) << "at a height of " << z;
-    highest = std::max(highest, z > 0 ? *balloon.state.load_time : 0);
-    lowest = std::min(lowest, *balloon.state.load_time);
+    EXPECT_NEAR(*balloon.state().load_time, force(z), 1e-6 * strongest) << "at a height of " << z;
+    highest = std::max(highest, z > 0 ? *balloon.state().load_time : 0);
+    lowest = std::min(lowest, *balloon.state().load_time);
   }
   EXPECT_LT(before, -1.3 * height);
   EXPECT_NEAR(highest, strongest, 0.01 * strongest);
@@ -174,9 +170,9 @@ TEST(ArcLength, SaysWhereTheLoadsEnd) {
   options.time.arc_length = radius;
   options.chambers["gas"].pressure = {{0, 0}, {1, 1000}};
   StaticBalloon balloon(icosphere_mesh(1, radius), options);
-  InflateStep result;
+  AloneStep result;
   for (int step = 1; step <= 30 && result.converged; ++step) {
-    result = balloon.step_to(balloon.state.time + 0.05);
+    result = balloon.step_to(balloon.state().time + 0.05);
   }
   EXPECT_FALSE(result.converged);
   EXPECT_NE(result.reason.find("the loads do not change any more"), std::string::npos) << result.reason;
@@ -205,7 +201,6 @@ TEST(SheetAtRest, HangsByItsWeight) {
     options.dynamics = Dynamics::elastic;
     options.time.scheme = TimeScheme::statics;
     options.force.gravity = {g, 0, 0};
-    options.sheet = shell_options(options);
     options.sheet.areal_density = 1;
     options.material.tensile_stiffness = tensile;
     options.material.bending_stiffness = 0.1;
@@ -216,22 +211,20 @@ TEST(SheetAtRest, HangsByItsWeight) {
         options.pins["edge"].vertices.push_back(static_cast<int>(point));
       }
     }
-    const Sheet sheet = make_sheet(PETSC_COMM_WORLD, mesh, options.sheet);
-    StageClock clock(Burn::stage_names());
-    Burn burn(sheet, options, clock);
-    State state = burn.initial_state();
+    Alone sheet(mesh, options);
+    State& state = sheet.state();
     for (const double h : {1.0, 0.01}) {
-      const BurnStep step = advance_alone(burn, state, h);
+      const AloneStep step = sheet.advance(h);
       ASSERT_TRUE(step.converged) << step.reason;
       double end = 0;
-      for (PetscInt i = 0; i < sheet.owned_corners; ++i) {
+      for (PetscInt i = 0; i < sheet.sheet().owned_corners; ++i) {
         end = std::max(end, state.position.vector(i).x());
       }
       MPI_Allreduce(MPI_IN_PLACE, &end, 1, MPI_DOUBLE, MPI_MAX, PETSC_COMM_WORLD);
       EXPECT_NEAR(end - 1, g / (2 * tensile), 0.02 * g / (2 * tensile)) << cells << " cells, step of " << h << " s";
       EXPECT_EQ(state.velocity.values().cwiseAbs().maxCoeff(), 0);
     }
-    const double energy = burn.elastic_energy(state);
+    const double energy = sheet.figure("elastic_energy");
     EXPECT_NEAR(energy, of(state.work, Work::gravity) / 2, 0.02 * energy);
   }
 }

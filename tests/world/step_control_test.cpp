@@ -13,9 +13,9 @@
 namespace pellicle::step_control_test {
 namespace {
 
-/// A chain whose state is the sum of its accepted steps. It fails where the test says so, and a failed attempt leaves a
+/// A run whose state is the sum of its accepted steps. It fails where the test says so, and a failed attempt leaves a
 /// wrong state behind.
-class FakeChain : public Chain {
+class FakeRun : public SteppedRun {
  public:
   struct Row {
     double time;
@@ -28,9 +28,9 @@ class FakeChain : public Chain {
   int step() const override { return step_; }
   double& length() override { return length_; }
   void save(Hdf5File&) const override {}
-  void resume_output(const Hdf5File&) override {}
   StepResult advance(double h) override {
     ++attempts;
+    h_ = h;
     sum_ += h;
     int rank = 0;
     int ranks = 1;
@@ -91,11 +91,11 @@ class FakeChain : public Chain {
     failed_sum = sum_;
     return "fake_failed.pvd";
   }
-  void record(double h, int retries) override {
+  void record(int retries) override {
     if (step_ == record_fails_in_step) {
       throw Error("history.csv was removed");
     }
-    rows.push_back({time_, step_, h, retries});
+    rows.push_back({time_, step_, h_, retries});
   }
 
   double sum() const { return sum_; }
@@ -122,16 +122,17 @@ class FakeChain : public Chain {
   double length_ = 0;
   double time_ = 0;
   int step_ = 0;
+  double h_ = 0;  ///< of the last attempt [s]
   double sum_ = 0;
   double kept_ = 0;
   double last_frame_ = 0;
   StopPoint stop_;
 };
 
-std::string run(FakeChain& chain, const TimeOptions& options, int monitor = 0) {
+std::string run(FakeRun& fake, const TimeOptions& options, int monitor = 0) {
   std::ostringstream stream;
   Console console(MPI_COMM_WORLD, monitor, stream, false);
-  run_steps(chain, options, console);
+  run_steps(fake, options, console);
   return stream.str();
 }
 
@@ -142,9 +143,9 @@ TimeOptions options_for(double step, double end) {
   return options;
 }
 
-std::vector<double> lengths(const FakeChain& chain) {
+std::vector<double> lengths(const FakeRun& fake) {
   std::vector<double> result;
-  for (const FakeChain::Row& row : chain.rows) {
+  for (const FakeRun::Row& row : fake.rows) {
     result.push_back(row.h);
   }
   return result;
@@ -158,11 +159,11 @@ void expect_near(const std::vector<double>& values, const std::vector<double>& e
 }
 
 TEST(StepControl, EndsAtItsTimeWithTwoShorterSteps) {
-  FakeChain chain;
-  const std::string told = run(chain, options_for(0.3, 1), 1);
-  expect_near(lengths(chain), {0.3, 0.3, 0.2, 0.2});
-  expect_near(chain.drawn, {0.3, 0.6, 0.8, 1});
-  EXPECT_DOUBLE_EQ(chain.sum(), 1);
+  FakeRun fake;
+  const std::string told = run(fake, options_for(0.3, 1), 1);
+  expect_near(lengths(fake), {0.3, 0.3, 0.2, 0.2});
+  expect_near(fake.drawn, {0.3, 0.6, 0.8, 1});
+  EXPECT_DOUBLE_EQ(fake.sum(), 1);
   int rank = 0;
   MPI_Comm_rank(MPI_COMM_WORLD, &rank);
   if (rank == 0) {
@@ -173,73 +174,73 @@ TEST(StepControl, EndsAtItsTimeWithTwoShorterSteps) {
 
 TEST(StepControl, NoStepIsASliver) {
   for (const double more : {1e-3, 1e-6, 1e-8, 0.5, 0.999}) {
-    FakeChain chain;
-    run(chain, options_for(0.1, 0.1 * (4 + more)));
-    EXPECT_DOUBLE_EQ(chain.time(), 0.1 * (4 + more));
-    EXPECT_EQ(chain.step(), 5) << more;
-    for (const double h : lengths(chain)) {
+    FakeRun fake;
+    run(fake, options_for(0.1, 0.1 * (4 + more)));
+    EXPECT_DOUBLE_EQ(fake.time(), 0.1 * (4 + more));
+    EXPECT_EQ(fake.step(), 5) << more;
+    for (const double h : lengths(fake)) {
       EXPECT_GE(h, 0.05);
     }
   }
-  FakeChain by_rounding;
+  FakeRun by_rounding;
   run(by_rounding, options_for(0.1, 0.4 + 1e-12));
   EXPECT_EQ(by_rounding.step(), 4);
 }
 
 TEST(StepControl, EndsAfterItsSteps) {
-  FakeChain chain;
+  FakeRun fake;
   TimeOptions options = options_for(0.1, 100);
   options.max_steps = 5;
-  run(chain, options);
-  EXPECT_EQ(chain.step(), 5);
+  run(fake, options);
+  EXPECT_EQ(fake.step(), 5);
 }
 
 TEST(StepControl, EndsBeforeItsTimeWithTheReason) {
-  FakeChain chain;
-  chain.ends_at = 0.45;
-  chain.frame_interval = 10;
-  const std::string told = run(chain, options_for(0.1, 1));
-  EXPECT_EQ(chain.step(), 5);
-  expect_near(chain.drawn, {0.5});
-  EXPECT_EQ(chain.rows.size(), 5U);
+  FakeRun fake;
+  fake.ends_at = 0.45;
+  fake.frame_interval = 10;
+  const std::string told = run(fake, options_for(0.1, 1));
+  EXPECT_EQ(fake.step(), 5);
+  expect_near(fake.drawn, {0.5});
+  EXPECT_EQ(fake.rows.size(), 5U);
   int rank = 0;
   MPI_Comm_rank(MPI_COMM_WORLD, &rank);
   EXPECT_EQ(told, rank == 0 ? "ended at 0.5 s: nothing is left\n" : "");
 }
 
 TEST(StepControl, TimesDoNotDrift) {
-  FakeChain chain;
-  run(chain, options_for(0.1, 10));
-  EXPECT_EQ(chain.step(), 100);
-  for (const FakeChain::Row& row : chain.rows) {
+  FakeRun fake;
+  run(fake, options_for(0.1, 10));
+  EXPECT_EQ(fake.step(), 100);
+  for (const FakeRun::Row& row : fake.rows) {
     EXPECT_EQ(row.time, row.step * 0.1);
   }
 }
 
 TEST(StepControl, HalvesAStepThatFailsAndDoublesAgain) {
-  FakeChain chain;
-  chain.fails_from = 0.75;
-  chain.fails_until = 1.3;
-  chain.fails_above = 0.3;
-  run(chain, options_for(1, 4));
+  FakeRun fake;
+  fake.fails_from = 0.75;
+  fake.fails_until = 1.3;
+  fake.fails_above = 0.3;
+  run(fake, options_for(1, 4));
   // The first step begins at 0, before the trouble; the second fails at 1 and at 0.5.
-  expect_near(lengths(chain), {1, 0.25, 0.25, 0.5, 1, 1});
-  EXPECT_DOUBLE_EQ(chain.sum(), 4) << "what a failed attempt left was not put back";
-  EXPECT_EQ(chain.rows[1].retries, 2);
-  EXPECT_EQ(chain.rows[2].retries, 1);
-  EXPECT_EQ(chain.rows[3].retries, 0);
-  EXPECT_EQ(chain.attempts, 6 + 3);
+  expect_near(lengths(fake), {1, 0.25, 0.25, 0.5, 1, 1});
+  EXPECT_DOUBLE_EQ(fake.sum(), 4) << "what a failed attempt left was not put back";
+  EXPECT_EQ(fake.rows[1].retries, 2);
+  EXPECT_EQ(fake.rows[2].retries, 1);
+  EXPECT_EQ(fake.rows[3].retries, 0);
+  EXPECT_EQ(fake.attempts, 6 + 3);
 }
 
 TEST(StepControl, StopsWithTheReasonAndTheLastGoodState) {
-  FakeChain chain;
-  chain.fails_from = 1.5;
-  chain.fails_until = 9;
-  chain.frame_interval = 10;
+  FakeRun fake;
+  fake.fails_from = 1.5;
+  fake.fails_until = 9;
+  fake.frame_interval = 10;
   TimeOptions options = options_for(1, 4);
   options.max_retries = 3;
   try {
-    run(chain, options);
+    run(fake, options);
     FAIL() << "no error";
   } catch (const Error& error) {
     EXPECT_STREQ(
@@ -247,18 +248,18 @@ TEST(StepControl, StopsWithTheReasonAndTheLastGoodState) {
         "step 3 at time 2.000000 s failed, down to a length of 0.125 s: the step is too long; the state before "
         "it is the last frame; the state in which it failed is fake_failed.pvd");
   }
-  EXPECT_DOUBLE_EQ(chain.failed_length, 0.125);
-  EXPECT_NE(chain.failed_sum, 2) << "not the state that was put back";
-  EXPECT_EQ(chain.attempts, 2 + 4);
-  expect_near(chain.drawn, {2});
-  EXPECT_DOUBLE_EQ(chain.drawn_sum, 2);
-  EXPECT_EQ(chain.rows.size(), 2U);
+  EXPECT_DOUBLE_EQ(fake.failed_length, 0.125);
+  EXPECT_NE(fake.failed_sum, 2) << "not the state that was put back";
+  EXPECT_EQ(fake.attempts, 2 + 4);
+  expect_near(fake.drawn, {2});
+  EXPECT_DOUBLE_EQ(fake.drawn_sum, 2);
+  EXPECT_EQ(fake.rows.size(), 2U);
 }
 
 /// The message of the Error with which a run ends, or "no Error".
-std::string fault_of(FakeChain& chain, const TimeOptions& options) {
+std::string fault_of(FakeRun& fake, const TimeOptions& options) {
   try {
-    run(chain, options);
+    run(fake, options);
   } catch (const Error& error) {
     return error.what();
   }
@@ -266,11 +267,11 @@ std::string fault_of(FakeChain& chain, const TimeOptions& options) {
 }
 
 TEST(StepControl, TellsEveryStepThatIsHalvedAndWhy) {
-  FakeChain chain;
-  chain.fails_from = 0.75;
-  chain.fails_until = 1.3;
-  chain.fails_above = 0.3;
-  const std::string told = run(chain, options_for(1, 4));
+  FakeRun fake;
+  fake.fails_from = 0.75;
+  fake.fails_until = 1.3;
+  fake.fails_above = 0.3;
+  const std::string told = run(fake, options_for(1, 4));
   int rank = 0;
   MPI_Comm_rank(MPI_COMM_WORLD, &rank);
   EXPECT_EQ(told, rank > 0
@@ -284,57 +285,57 @@ TEST(StepControl, TellsEveryStepThatIsHalvedAndWhy) {
 
 TEST(StepControl, ASignalToAnyRankEndsTheRunAfterItsStep) {
   catch_stop_signals(0);
-  FakeChain chain;
-  chain.frame_interval = 10;
-  chain.signal_in_attempt = 3;
+  FakeRun fake;
+  fake.frame_interval = 10;
+  fake.signal_in_attempt = 3;
   try {
-    run(chain, options_for(0.5, 4));
+    run(fake, options_for(0.5, 4));
     FAIL() << "no error";
   } catch (const Interrupted& interrupted) {
     EXPECT_EQ(interrupted.signal(), SIGUSR1);
     EXPECT_STREQ(interrupted.what(), "ended by SIGUSR1 at 1.5 s after step 3, which is the last frame and row");
   }
-  expect_near(chain.drawn, {1.5});
-  EXPECT_EQ(chain.rows.size(), 3U);
-  EXPECT_EQ(fault_of(chain, options_for(0.5, 4)), "no Error") << "the next run does not know of it";
+  expect_near(fake.drawn, {1.5});
+  EXPECT_EQ(fake.rows.size(), 3U);
+  EXPECT_EQ(fault_of(fake, options_for(0.5, 4)), "no Error") << "the next run does not know of it";
 }
 
 TEST(StepControl, AStepThatIsLeftAtASignalIsUndone) {
   catch_stop_signals(0);
-  FakeChain chain;
-  chain.frame_interval = 10;
-  chain.signal_in_attempt = 3;
-  chain.can_be_left = true;
-  EXPECT_EQ(fault_of(chain, options_for(0.5, 4)),
+  FakeRun fake;
+  fake.frame_interval = 10;
+  fake.signal_in_attempt = 3;
+  fake.can_be_left = true;
+  EXPECT_EQ(fault_of(fake, options_for(0.5, 4)),
             "ended by SIGUSR1 at 1 s after step 2, which is the last frame and row; step 3 had begun and is undone");
-  expect_near(chain.drawn, {1});
-  EXPECT_NEAR(chain.drawn_sum, 1, 1e-12) << "restored";
-  EXPECT_EQ(chain.rows.size(), 2U);
-  EXPECT_EQ(chain.attempts, 3) << "it is not tried again";
-  EXPECT_EQ(fault_of(chain, options_for(0.5, 4)), "no Error") << "the next run does not know of it";
+  expect_near(fake.drawn, {1});
+  EXPECT_NEAR(fake.drawn_sum, 1, 1e-12) << "restored";
+  EXPECT_EQ(fake.rows.size(), 2U);
+  EXPECT_EQ(fake.attempts, 3) << "it is not tried again";
+  EXPECT_EQ(fault_of(fake, options_for(0.5, 4)), "no Error") << "the next run does not know of it";
 }
 
 TEST(StepControl, ASignalEndsTheSearchForAShorterStep) {
   catch_stop_signals(0);
-  FakeChain chain;
-  chain.frame_interval = 10;
-  chain.fails_from = 1;
-  chain.fails_until = 9;
-  chain.signal_in_attempt = 4;  // the second one of the third step
-  EXPECT_EQ(fault_of(chain, options_for(0.5, 4)),
+  FakeRun fake;
+  fake.frame_interval = 10;
+  fake.fails_from = 1;
+  fake.fails_until = 9;
+  fake.signal_in_attempt = 4;  // the second one of the third step
+  EXPECT_EQ(fault_of(fake, options_for(0.5, 4)),
             "ended by SIGUSR1 at 1 s after step 2, which is the last frame and row; step 3 had begun and is undone");
-  EXPECT_EQ(chain.attempts, 4);
-  expect_near(chain.drawn, {1});
+  EXPECT_EQ(fake.attempts, 4);
+  expect_near(fake.drawn, {1});
 }
 
 TEST(StepControl, WhatCanBeKeptOfAStepIsKept) {
-  FakeChain without_history;
+  FakeRun without_history;
   without_history.frame_interval = 10;
   without_history.record_fails_in_step = 2;
   EXPECT_EQ(fault_of(without_history, options_for(0.5, 4)),
             "history.csv was removed; ended at 1 s after step 2, the last frame");
   expect_near(without_history.drawn, {1});
-  FakeChain without_frame;
+  FakeRun without_frame;
   without_frame.draw_fails_in_step = 2;
   EXPECT_EQ(fault_of(without_frame, options_for(0.5, 4)),
             "the disk is full; ended at 1 s after step 2, of which there is no frame");
@@ -342,63 +343,63 @@ TEST(StepControl, WhatCanBeKeptOfAStepIsKept) {
 }
 
 TEST(StepControl, TheLastGoodStateIsKeptWhereTheOneThatFailedCannotBeDrawn) {
-  FakeChain chain;
-  chain.frame_interval = 10;
-  chain.fails_from = 1;
-  chain.fails_until = 9;
-  chain.failed_frame_fails = true;
-  const std::string fault = fault_of(chain, options_for(0.5, 4));
+  FakeRun fake;
+  fake.frame_interval = 10;
+  fake.fails_from = 1;
+  fake.fails_until = 9;
+  fake.failed_frame_fails = true;
+  const std::string fault = fault_of(fake, options_for(0.5, 4));
   EXPECT_NE(
       fault.find("; the state before it is the last frame; of the state in which it failed there is no frame: the "
                  "disk is full"),
       std::string::npos)
       << fault;
-  expect_near(chain.drawn, {1});
-  EXPECT_DOUBLE_EQ(chain.drawn_sum, 1);
+  expect_near(fake.drawn, {1});
+  EXPECT_DOUBLE_EQ(fake.drawn_sum, 1);
 }
 
 /// The steps that succeed become ever shorter.
-class HardeningChain : public FakeChain {
+class HardeningRun : public FakeRun {
  public:
   StepResult advance(double h) override {
     fails_above = std::exp2(-time());
-    return FakeChain::advance(h);
+    return FakeRun::advance(h);
   }
 };
 
 TEST(StepControl, StepsDoNotDieAway) {
-  HardeningChain chain;
-  chain.fails_until = 9;
+  HardeningRun fake;
+  fake.fails_until = 9;
   TimeOptions options = options_for(1, 9);
   options.max_retries = 3;
-  EXPECT_THROW(run(chain, options), Error);
-  EXPECT_NEAR(chain.rows.back().h, 0.125, 1e-12);
-  EXPECT_GT(chain.time(), 3);
-  EXPECT_LT(chain.time(), 3.2);
+  EXPECT_THROW(run(fake, options), Error);
+  EXPECT_NEAR(fake.rows.back().h, 0.125, 1e-12);
+  EXPECT_GT(fake.time(), 3);
+  EXPECT_LT(fake.time(), 3.2);
 }
 
 TEST(StepControl, AStateThatIsDrawnIsNotDrawnAgainOnFailure) {
-  FakeChain chain;
-  chain.fails_from = 0.5;
-  chain.fails_until = 9;
-  EXPECT_THROW(run(chain, options_for(1, 4)), Error);
-  expect_near(chain.drawn, {1});
+  FakeRun fake;
+  fake.fails_from = 0.5;
+  fake.fails_until = 9;
+  EXPECT_THROW(run(fake, options_for(1, 4)), Error);
+  expect_near(fake.drawn, {1});
 }
 
 TEST(StepControl, LengthsFollowFromTheError) {
-  FakeChain chain;
-  chain.error_factor = 1;
+  FakeRun fake;
+  fake.error_factor = 1;
   TimeOptions options = options_for(0.1, 20);
   options.tolerance = 0.16;
   options.max_step = 5;
-  run(chain, options);
+  run(fake, options);
   // Error h^2: the length at which it is the tolerance is 0.4, of which the control takes nine tenths; it doubles at
   // most.
-  ASSERT_GT(chain.rows.size(), 10U);
-  expect_near({chain.rows[0].h, chain.rows[1].h, chain.rows[2].h, chain.rows[3].h}, {0.1, 0.2, 0.36, 0.36});
-  EXPECT_DOUBLE_EQ(chain.time(), 20);
+  ASSERT_GT(fake.rows.size(), 10U);
+  expect_near({fake.rows[0].h, fake.rows[1].h, fake.rows[2].h, fake.rows[3].h}, {0.1, 0.2, 0.36, 0.36});
+  EXPECT_DOUBLE_EQ(fake.time(), 20);
 
-  FakeChain steep;
+  FakeRun steep;
   steep.error_factor = 100;
   run(steep, options);
   // Down: by half at most. Error 100 h^2 is the tolerance at 0.04.
@@ -406,47 +407,47 @@ TEST(StepControl, LengthsFollowFromTheError) {
 }
 
 TEST(StepControl, AdaptiveLengthsStayWithinBounds) {
-  FakeChain chain;
-  chain.error_factor = 1;
+  FakeRun fake;
+  fake.error_factor = 1;
   TimeOptions options = options_for(0.1, 2);
   options.tolerance = 1e6;
-  run(chain, options);
-  for (const FakeChain::Row& row : chain.rows) {
+  run(fake, options);
+  for (const FakeRun::Row& row : fake.rows) {
     EXPECT_LE(row.h, 0.1 + 1e-12) << "time.step is the longest unless time.max_step is given";
   }
   options.tolerance = 1e-12;
   options.max_retries = 2;
-  FakeChain hard;
+  FakeRun hard;
   hard.error_factor = 1;
   run(hard, options);
   EXPECT_NEAR(hard.rows[10].h, 0.025, 1e-12) << "never shorter than after max_retries halvings";
 }
 
 TEST(StepControl, AdaptiveStepsEndAtFrames) {
-  FakeChain chain;
-  chain.error_factor = 1;
-  chain.frame_interval = 0.5;
+  FakeRun fake;
+  fake.error_factor = 1;
+  fake.frame_interval = 0.5;
   TimeOptions options = options_for(0.1, 2);
   options.tolerance = 0.16;
   options.max_step = 5;
-  run(chain, options);
-  expect_near(chain.drawn, {0.5, 1, 1.5, 2});
+  run(fake, options);
+  expect_near(fake.drawn, {0.5, 1, 1.5, 2});
   // A step that a frame cut short does not shorten the one after it.
-  expect_near(lengths(chain), {0.1, 0.2, 0.2, 0.25, 0.25, 0.25, 0.25, 0.25, 0.25});
+  expect_near(lengths(fake), {0.1, 0.2, 0.2, 0.25, 0.25, 0.25, 0.25, 0.25, 0.25});
 }
 
 TEST(StepControl, AFailureShortensAdaptiveStepsToo) {
-  FakeChain chain;
-  chain.error_factor = 1;
-  chain.fails_from = 0.05;
-  chain.fails_until = 0.2;
-  chain.fails_above = 0.1;
+  FakeRun fake;
+  fake.error_factor = 1;
+  fake.fails_from = 0.05;
+  fake.fails_until = 0.2;
+  fake.fails_above = 0.1;
   TimeOptions options = options_for(0.1, 2);
   options.tolerance = 0.16;
   options.max_step = 5;
-  run(chain, options);
-  expect_near({chain.rows[0].h, chain.rows[1].h, chain.rows[2].h, chain.rows[3].h}, {0.1, 0.1, 0.2, 0.36});
-  EXPECT_EQ(chain.rows[1].retries, 1);
+  run(fake, options);
+  expect_near({fake.rows[0].h, fake.rows[1].h, fake.rows[2].h, fake.rows[3].h}, {0.1, 0.1, 0.2, 0.36});
+  EXPECT_EQ(fake.rows[1].retries, 1);
 }
 
 TEST(StepControl, CheckpointsByTheClockComeSoonAndThenRarely) {

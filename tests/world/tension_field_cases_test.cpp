@@ -43,11 +43,10 @@ Mylar mylar_balloon(int rings, double slack_tension) {
   constexpr double longest = 5e-3;
   double h = 2e-4;
   double before = 0;
-  BalloonState kept(balloon.membrane, 1);
   for (int tries = 0; tries < 300; ++tries) {
-    kept = balloon.state;
-    if (!balloon.step_to(balloon.state.time + h).converged) {
-      balloon.state = kept;
+    balloon.object.keep();
+    if (!balloon.step_to(balloon.state().time + h).converged) {
+      balloon.object.restore();
       h /= 2;
       continue;
     }
@@ -60,9 +59,9 @@ Mylar mylar_balloon(int rings, double slack_tension) {
   }
   Mylar found;
   double at_rim = 0;
-  for (PetscInt i = 0; i < balloon.membrane.particles.owned; ++i) {
-    const Eigen::Vector3d x = balloon.state.position.vector(i) / radius;
-    const double rest = balloon.membrane.rest.col(i).norm() / radius;
+  for (PetscInt i = 0; i < balloon.membrane().particles.owned; ++i) {
+    const Eigen::Vector3d x = balloon.state().position.vector(i) / radius;
+    const double rest = balloon.membrane().rest.col(i).norm() / radius;
     found.thickness += rest < 1e-9 ? 2 * x.z() : 0;
     found.radius += rest > 1 - 1e-9 ? x.head<2>().norm() : 0;
     at_rim += rest > 1 - 1e-9 ? 1 : 0;
@@ -72,7 +71,7 @@ Mylar mylar_balloon(int rings, double slack_tension) {
   found.volume = 2 * balloon.volume() / std::pow(radius, 3);
   print_once("  %d rings, slack tension %g: radius %.5f, thickness %.5f, volume %.5f; %d Newton iterations, %.3f s\n",
              rings, slack_tension, found.radius, found.thickness, found.volume, balloon.newton_iterations,
-             balloon.state.time);
+             balloon.state().time);
   return found;
 }
 
@@ -125,12 +124,13 @@ Band bent_band(int rows, double b) {
   for (int step = 1; step <= 4; ++step) {
     band.reach(0.25 * step);
   }
-  const auto& wall = band.chain.elements();
-  const std::vector<Eigen::Matrix3d> tensions = wall.tensions(band.state.position, band.state.thickness_ratio);
+  const auto& wall = band.elements();
+  const Membrane& membrane = band.membrane();
+  const std::vector<Eigen::Matrix3d> tensions = wall.tensions(band.state().position, band.state().thickness_ratio);
   std::array<double, 4> sums{};  // force, moment, wrinkled and whole area, of the elements in the middle
-  for (PetscInt e = 0; e < band.membrane.elements.owned; ++e) {
-    const auto& [p, q, r] = band.membrane.triangles[e];
-    const Eigen::Vector3d at = (band.membrane.rest.col(p) + band.membrane.rest.col(q) + band.membrane.rest.col(r)) / 3;
+  for (PetscInt e = 0; e < membrane.elements.owned; ++e) {
+    const auto& [p, q, r] = membrane.triangles[e];
+    const Eigen::Vector3d at = (membrane.rest.col(p) + membrane.rest.col(q) + membrane.rest.col(r)) / 3;
     if (at.x() < edge) {
       const double area = wall.wall().rest[e].area;
       const double along = tensions[e](0, 0);

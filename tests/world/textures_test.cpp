@@ -9,13 +9,10 @@
 
 #include "heat/heat_balance.h"
 #include "meshing/closed_shapes.h"
-#include "surface/shell.h"
-#include "tests/support/alone.h"
 #include "tests/support/grid_mesh.h"
 #include "tests/support/picture.h"
 #include "tests/support/solver_options.h"
-#include "world/burn.h"
-#include "world/inflate.h"
+#include "tests/world/static_balloon.h"
 
 namespace pellicle::textures_test {
 namespace {
@@ -23,30 +20,20 @@ namespace {
 constexpr double edge = 0.1;  // [m]
 constexpr double h = 2e-3;    // [s]
 
-/// A sheet at rest without gravity, its chain and its state.
-struct Chain {
-  Chain(MPI_Comm comm, const SurfaceMesh& mesh, const Options& given)
-      : options(given),
-        sheet(make_sheet(comm, mesh, options.sheet)),
-        clock(Burn::stage_names()),
-        burn(sheet, options, clock),
-        state(burn.initial_state()) {}
+/// A sheet at rest without gravity.
+struct RestingSheet : Alone {
+  RestingSheet(const SurfaceMesh& mesh, const Options& options, MPI_Comm comm = PETSC_COMM_WORLD)
+      : Alone(mesh, options, ChainKind::burn, comm) {}
 
-  void advance() {
-    const BurnStep result = advance_alone(burn, state, h);
+  void step() {
+    const AloneStep result = advance(h);
     ASSERT_TRUE(result.converged) << result.reason;
   }
 
   /// Brightness of the picture at a local particle of a sheet of nx x ny cells.
   double bright(PetscInt i, int nx, int ny) const {
-    return brightness(sheet.rest(0, i) / (nx * edge), sheet.rest(1, i) / (ny * edge));
+    return brightness(surface().rest(0, i) / (nx * edge), surface().rest(1, i) / (ny * edge));
   }
-
-  Options options;
-  Sheet sheet;
-  StageClock clock;
-  Burn burn;
-  State state;
 };
 
 Options options_at_rest() {
@@ -67,12 +54,12 @@ TEST(TexturesOfASheet, MassLossFollowsBrightnessBetweenTheEndsOfItsRange) {
   options.combustion.mass_loss_texture = write_picture(folder);
   options.combustion.mass_loss_range = {0.3, 2};
   options.combustion.mass_loss_rate = 0.05;
-  Chain chain(PETSC_COMM_WORLD, grid_mesh(4, 3, edge), options);
-  chain.advance();
-  for (PetscInt i = 0; i < chain.sheet.particles.local(); ++i) {
-    const double initial = chain.sheet.initial_mass[i];
-    const double factor = 0.3 + 1.7 * chain.bright(i, 4, 3);
-    EXPECT_NEAR(chain.state.mass_change.data()[i], -0.05 * h * 200 * factor * initial, 1e-12 * initial) << i;
+  RestingSheet sheet(grid_mesh(4, 3, edge), options);
+  sheet.step();
+  for (PetscInt i = 0; i < sheet.surface().particles.local(); ++i) {
+    const double initial = sheet.surface().initial_mass[i];
+    const double factor = 0.3 + 1.7 * sheet.bright(i, 4, 3);
+    EXPECT_NEAR(sheet.burning().mass_change.data()[i], -0.05 * h * 200 * factor * initial, 1e-12 * initial) << i;
   }
 }
 
@@ -84,11 +71,11 @@ TEST(TexturesOfASheet, ASourceHeatsWhereItsPictureIsBright) {
   source.file = write_picture(folder);
   source.temperature = 450;
   source.rate = 100;
-  Chain chain(PETSC_COMM_WORLD, grid_mesh(4, 3, edge), options);
-  chain.advance();
-  for (PetscInt i = 0; i < chain.sheet.particles.local(); ++i) {
-    const double rise = (450 - 300) * (1 - std::exp(-100 * h * chain.bright(i, 4, 3)));
-    EXPECT_NEAR(chain.state.temperature.data()[i], 300 + rise, 1e-9) << i;
+  RestingSheet sheet(grid_mesh(4, 3, edge), options);
+  sheet.step();
+  for (PetscInt i = 0; i < sheet.surface().particles.local(); ++i) {
+    const double rise = (450 - 300) * (1 - std::exp(-100 * h * sheet.bright(i, 4, 3)));
+    EXPECT_NEAR(sheet.burning().temperature.data()[i], 300 + rise, 1e-9) << i;
   }
 }
 
@@ -148,20 +135,21 @@ TEST(TexturesOfASheet, DiffusivityFollowsBrightnessBetweenTheEndsOfItsRange) {
   options.combustion.mass_loss_rate = 0;
   for (const char* name : {"umbrella", "consistent"}) {
     options.heat.operator_name = name;
-    Chain chain(PETSC_COMM_SELF, grid_mesh(4, 3, edge), options);
-    const PetscInt count = chain.sheet.particles.local();
+    RestingSheet sheet(grid_mesh(4, 3, edge), options, PETSC_COMM_SELF);
+    const PetscInt count = sheet.surface().particles.local();
     Eigen::VectorXd alpha(count);
     for (PetscInt i = 0; i < count; ++i) {
-      alpha[i] = 2 * (0.1 + 2.9 * chain.bright(i, 4, 3));
-      chain.state.temperature.data()[i] = 300 + (17 * i) % 100;
+      alpha[i] = 2 * (0.1 + 2.9 * sheet.bright(i, 4, 3));
+      sheet.burning().temperature.data()[i] = 300 + (17 * i) % 100;
     }
-    chain.state.heat_initial =
-        heat_content(chain.sheet, chain.state.mass, chain.state.temperature, options.heat.capacity);
-    const Eigen::VectorXd before = chain.state.temperature.values().row(0);
-    const Eigen::VectorXd expected = std::string(name) == "umbrella" ? umbrella_step(chain.sheet, alpha, before)
-                                                                     : finite_element_step(chain.sheet, alpha, before);
-    chain.advance();
-    const Eigen::VectorXd found = chain.state.temperature.values().row(0);
+    sheet.burning().heat_initial =
+        heat_content(sheet.surface(), sheet.burning().mass, sheet.burning().temperature, options.heat.capacity);
+    const Eigen::VectorXd before = sheet.burning().temperature.values().row(0);
+    const Eigen::VectorXd expected = std::string(name) == "umbrella"
+                                         ? umbrella_step(sheet.sheet(), alpha, before)
+                                         : finite_element_step(sheet.sheet(), alpha, before);
+    sheet.step();
+    const Eigen::VectorXd found = sheet.burning().temperature.values().row(0);
     EXPECT_GT((expected - before).cwiseAbs().maxCoeff(), 10);
     EXPECT_LE((found - expected).cwiseAbs().maxCoeff(), 1e-8) << name;
   }
@@ -179,15 +167,14 @@ TEST(TexturesOfASheet, AWeightIsTheMeanOfTheBrightnessAtBothEndsOfASpring) {
   options.pins["rest"].vertices = {0, 2, 3};
   options.pins["lattice"].box = {-1, -1, 1e-3, 1, 1, 1};
   options.combustion.mass_loss_rate = 0;
-  Chain chain(PETSC_COMM_WORLD, grid_mesh(1, 1, edge), options);
+  RestingSheet sheet(grid_mesh(1, 1, edge), options);
   const Eigen::Vector3d start(1.2 * edge, -0.1 * edge, 0);
-  const Sheet& sheet = chain.sheet;
-  for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
-    if (sheet.persistent_id[i] == 1) {
-      chain.state.position.vector(i) = start;
+  for (PetscInt i = 0; i < sheet.surface().particles.local(); ++i) {
+    if (sheet.surface().persistent_id[i] == 1) {
+      sheet.state().position.vector(i) = start;
     }
   }
-  chain.advance();
+  sheet.step();
   // (J J^T + shift max) lambda = w C, x -= J^T lambda (eq. 16, 17 and 19).
   const double of_one = brightness(1, 0);
   const Eigen::Vector2d weight =
@@ -203,9 +190,9 @@ TEST(TexturesOfASheet, AWeightIsTheMeanOfTheBrightnessAtBothEndsOfASpring) {
   Eigen::Matrix2d gram = gradient * gradient.transpose();
   gram += 0.1 * gram.diagonal().maxCoeff() * Eigen::Matrix2d::Identity();
   const Eigen::Vector3d end = start - gradient.transpose() * gram.lu().solve(weight.cwiseProduct(error));
-  for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
-    if (sheet.persistent_id[i] == 1) {
-      EXPECT_LE((chain.state.position.vector(i) - end).norm(), 1e-12 * edge);
+  for (PetscInt i = 0; i < sheet.surface().particles.local(); ++i) {
+    if (sheet.surface().persistent_id[i] == 1) {
+      EXPECT_LE((sheet.state().position.vector(i) - end).norm(), 1e-12 * edge);
     }
   }
 }
@@ -225,25 +212,25 @@ Tear tear(Options options, double mass = 1) {
   options.pins["left"].velocity = {-0.005, 0, 0};
   options.pins["right"].box = {8 * edge - 0.01, -1, -1, 2, 1, 1};
   options.pins["right"].velocity = {0.005, 0, 0};
-  Chain chain(PETSC_COMM_WORLD, grid_mesh(8, 1, edge), options);
-  chain.state.mass.values() *= mass;
-  chain.state.heat_initial *= mass;
+  RestingSheet sheet(grid_mesh(8, 1, edge), options);
+  sheet.burning().mass.values() *= mass;
+  sheet.burning().heat_initial *= mass;
   bool torn = false;
   bool converged = true;
-  while (!torn && converged && chain.state.step < 100) {
-    const BurnStep result = advance_alone(chain.burn, chain.state, h);
+  while (!torn && converged && sheet.state().step < 100) {
+    const AloneStep result = sheet.advance(h);
     converged = result.converged;
     EXPECT_TRUE(converged) << result.reason;
-    torn = result.cracked;
+    torn = result.has_cracked;
   }
   EXPECT_TRUE(torn);
-  EXPECT_EQ(chain.state.mass_burnt, 0);
-  Tear result{chain.state.time, {}};
-  for (PetscInt c = 0; c < chain.sheet.elements.owned; ++c) {
-    const auto first = chain.state.living.cracked.begin() + static_cast<std::ptrdiff_t>(4 * c);
-    EXPECT_EQ(chain.state.burn_time[c], -1) << "cell " << c << " has not burnt";
+  EXPECT_EQ(sheet.burning().mass_burnt, 0);
+  Tear result{sheet.state().time, {}};
+  for (PetscInt c = 0; c < sheet.surface().elements.owned; ++c) {
+    const auto first = sheet.burning().living.cracked.begin() + static_cast<std::ptrdiff_t>(4 * c);
+    EXPECT_EQ(sheet.burning().burn_time[c], -1) << "cell " << c << " has not burnt";
     if (std::count(first, first + 4, true) > 0) {
-      result.x.push_back(chain.sheet.rest(0, chain.sheet.lattice[c]));
+      result.x.push_back(sheet.surface().rest(0, sheet.surface().lattice[c]));
     }
   }
   return result;
@@ -310,15 +297,14 @@ TEST(TexturesOfABalloon, ThicknessFollowsBrightnessBetweenTheEndsOfItsRange) {
   Options options;
   options.wall.thickness_texture = write_picture(folder);
   options.wall.thickness_range = {2e-4, 7e-4};
-  const Membrane membrane = make_membrane(PETSC_COMM_WORLD, mesh, options.sheet);
-  StageClock clock(Inflate::stage_names());
-  const Inflate chain(membrane, options, clock);
+  StaticBalloon balloon(mesh, options);
+  const Membrane& membrane = balloon.membrane();
   for (std::size_t e = 0; e < membrane.triangles.size(); ++e) {
     Eigen::Vector2d uv(0, 0);
     for (const PetscInt corner : membrane.triangles[e]) {
       uv += (membrane.rest.col(corner).head<2>() + Eigen::Vector2d::Ones()) / 2 / 3;
     }
-    EXPECT_NEAR(chain.elements().wall().thickness[e], 2e-4 + 5e-4 * brightness(uv.x(), uv.y()), 1e-15) << e;
+    EXPECT_NEAR(balloon.elements().wall().thickness[e], 2e-4 + 5e-4 * brightness(uv.x(), uv.y()), 1e-15) << e;
   }
 }
 

@@ -64,13 +64,13 @@ TEST(Together, TwoBalloonsMoveAsThePiecesOfOneMeshDo) {
   const TestFolder folder;
   const std::array<Eigen::Vector3d, 2> centre{Eigen::Vector3d(-radius - gap / 2, 0, 0),
                                               Eigen::Vector3d(radius + gap / 2, 0.3 * radius, 0)};
-  std::deque<ObjectOptions> two;
+  std::deque<NamedOptions> two;
   for (const char* name : {"left", "right"}) {
     Options& options = two.emplace_back(name).options;
     make_balloon(options);
     make_touching(options, folder / "two");
   }
-  std::deque<ObjectOptions> one;
+  std::deque<NamedOptions> one;
   make_balloon(one.emplace_back("").options);
   make_touching(one.front().options, folder / "one");
   const SurfaceMesh left = ball_at(centre[0]);
@@ -106,7 +106,7 @@ INSTANTIATE_TEST_SUITE_P(Each, TogetherByDynamics,
 // Nothing else acts on them.
 TEST_P(TogetherByDynamics, ASheetThatHitsABalloonGivesItItsMomentum) {
   const TestFolder folder;
-  std::deque<ObjectOptions> objects;
+  std::deque<NamedOptions> objects;
   Options& sheet = objects.emplace_back("sheet").options;
   sheet.dynamics = GetParam();
   sheet.force.damping = 0;
@@ -124,14 +124,10 @@ TEST_P(TogetherByDynamics, ASheetThatHitsABalloonGivesItItsMomentum) {
   scene.throw_all(0, {0, 0, -1});
   const auto momenta = [&] {
     std::array<Eigen::Vector3d, 2> sums{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
-    auto& cloth_run = static_cast<BurnRun&>(scene.object(0));
-    for (PetscInt i = 0; i < cloth_run.sheet().particles.owned; ++i) {
-      sums[0] += cloth_run.state().mass.data()[i] * cloth_run.state().velocity.vector(i);
-    }
-    const Membrane& membrane = static_cast<InflateRun&>(scene.object(1)).membrane();
-    const std::vector<double> masses = vertex_masses(membrane, make_wall(membrane, scene.objects[1].options.wall, {}));
-    for (PetscInt i = 0; i < membrane.particles.owned; ++i) {
-      sums[1] += masses[i] * scene.object(1).state().velocity.vector(i);
+    for (const std::size_t k : {0U, 1U}) {
+      for (PetscInt i = 0; i < scene.object(k).surface().particles.owned; ++i) {
+        sums[k] += scene.object(k).motion().mass()[i] * scene.object(k).state().velocity.vector(i);
+      }
     }
     MPI_Allreduce(MPI_IN_PLACE, sums.data(), 6, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
     return sums;
@@ -151,7 +147,7 @@ TEST_P(TogetherByDynamics, ASheetThatHitsABalloonGivesItItsMomentum) {
 // Beside a balloon that it may touch, it meets the bodies of its own all the same.
 TEST_P(TogetherByDynamics, ASheetStaysAboveItsBody) {
   const TestFolder folder;
-  std::deque<ObjectOptions> objects;
+  std::deque<NamedOptions> objects;
   Options& sheet = objects.emplace_back("sheet").options;
   sheet.dynamics = GetParam();
   make_touching(sheet, folder / "out");
@@ -178,7 +174,7 @@ TEST_P(TogetherByDynamics, ASheetStaysAboveItsBody) {
 // They come to rest where they begin to press, in the middle between their own thicknesses.
 TEST_P(TogetherByDynamics, UnlikeThicknessesCountByTheirMean) {
   const TestFolder folder;
-  std::deque<ObjectOptions> objects;
+  std::deque<NamedOptions> objects;
   for (const char* name : {"lower", "upper"}) {
     Options& options = objects.emplace_back(name).options;
     options.dynamics = GetParam();
@@ -206,7 +202,7 @@ TEST_P(TogetherByDynamics, UnlikeThicknessesCountByTheirMean) {
 TEST_P(TogetherByDynamics, TheFloorBearsTheWeightOfAll) {
   const TestFolder folder;
   constexpr double g = 9.81;  // [m/s^2]
-  std::deque<ObjectOptions> objects;
+  std::deque<NamedOptions> objects;
   for (const char* name : {"lower", "upper"}) {
     Options& options = objects.emplace_back(name).options;
     make_touching(options, folder / "out");
@@ -240,9 +236,9 @@ TEST_P(TogetherByDynamics, TheFloorBearsTheWeightOfAll) {
   EXPECT_GT(scene.last("contacts"), 0);
   double mass = 0;
   for (std::size_t i = 0; i < 2; ++i) {
-    const auto& run = static_cast<BurnRun&>(scene.object(i));
-    for (PetscInt p = 0; p < run.sheet().particles.owned; ++p) {
-      mass += run.sheet().initial_mass[p];
+    const Surface& surface = scene.object(i).surface();
+    for (PetscInt p = 0; p < surface.particles.owned; ++p) {
+      mass += surface.initial_mass[p];
     }
   }
   MPI_Allreduce(MPI_IN_PLACE, &mass, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
@@ -258,7 +254,7 @@ TEST_P(TogetherByDynamics, ASheetOnASlopeSticksAndSlides) {
   constexpr int slides = 20;     // steps after that
   for (const double friction : {0.3, 0.8}) {
     const TestFolder folder;
-    std::deque<ObjectOptions> objects;
+    std::deque<NamedOptions> objects;
     for (const char* name : {"held", "upper"}) {
       Options& options = objects.emplace_back(name).options;
       make_touching(options, folder / "out");
@@ -300,7 +296,7 @@ TEST_P(TogetherByDynamics, ASheetOnASlopeSticksAndSlides) {
 
 /// A sheet round gas, which is blown in, and a cloth that is away from it, or on its way to it.
 Scene lantern_and_cloth(const TestFolder& folder, const std::string& name, double distance) {
-  std::deque<ObjectOptions> objects;
+  std::deque<NamedOptions> objects;
   for (const char* object : {"lantern", "cloth"}) {
     Options& options = objects.emplace_back(object).options;
     make_touching(options, folder / name);
@@ -323,7 +319,7 @@ Scene lantern_and_cloth(const TestFolder& folder, const std::string& name, doubl
 TEST(Together, GasInASheetPressesAsItDoesAlone) {
   const TestFolder folder;
   Scene far = lantern_and_cloth(folder, "far", 1);
-  std::deque<ObjectOptions> alone;
+  std::deque<NamedOptions> alone;
   alone.emplace_back("lantern").options = far.objects.front().options;
   alone.front().options.output.directory = folder / "alone";
   Scene one(std::move(alone), {quad_ellipsoid_mesh(3, Eigen::Vector3d::Constant(radius))});
@@ -355,8 +351,8 @@ TEST(Together, ASheetRoundGasIsPressedIn) {
 }
 
 /// Two cloths, one of which pokes through the other by a corner.
-std::deque<ObjectOptions> crossed(const TestFolder& folder, ContactStart start) {
-  std::deque<ObjectOptions> objects;
+std::deque<NamedOptions> crossed(const TestFolder& folder, ContactStart start) {
+  std::deque<NamedOptions> objects;
   for (const char* name : {"lower", "upper"}) {
     Options& options = objects.emplace_back(name).options;
     make_touching(options, folder / "out");
@@ -417,7 +413,7 @@ TEST(Together, CrossedStartsAreCountedUntangledOrRefused) {
 TEST(Together, AStartInsideABodyIsNamed) {
   const TestFolder folder;
   for (const bool alone : {true, false}) {
-    std::deque<ObjectOptions> objects;
+    std::deque<NamedOptions> objects;
     Options& balloon = objects.emplace_back("balloon").options;
     make_balloon(balloon);
     make_touching(balloon, folder / (alone ? "alone" : "two"));
@@ -450,7 +446,7 @@ TEST(Together, AStartInsideABodyIsNamed) {
 // A strip that is drawn out below another one. Undeformed, the lips of its cracks are in one place.
 TEST(Together, LipsOfCracksOpen) {
   const TestFolder folder;
-  std::deque<ObjectOptions> objects;
+  std::deque<NamedOptions> objects;
   for (const char* name : {"strip", "above"}) {
     Options& options = objects.emplace_back(name).options;
     options.dynamics = Dynamics::elastic;
@@ -488,19 +484,19 @@ TEST(Together, LipsOfCracksOpen) {
 }
 
 TEST(Together, WhatCannotGoTogetherIsRefused) {
-  std::deque<ObjectOptions> objects;
+  std::deque<NamedOptions> objects;
   objects.emplace_back("cloth").options.contact.self = true;
   objects.emplace_back("paper").options.contact.self = true;
-  EXPECT_EQ(plan_groups(objects).size(), 1U);
+  EXPECT_EQ(plan_run(objects).groups.size(), 1U);
   objects[1].options.contact.friction = 0.5;
   try {
-    plan_groups(objects);
+    plan_run(objects);
     FAIL() << "accepted";
   } catch (const Error& error) {
     EXPECT_STREQ(error.what(), "paper: contact.friction: 0.5, expected 0 as of cloth, which it touches");
   }
   objects[1].options.contact.self = false;
-  EXPECT_EQ(plan_groups(objects).size(), 2U);
+  EXPECT_EQ(plan_run(objects).groups.size(), 2U);
 }
 
 }  // namespace

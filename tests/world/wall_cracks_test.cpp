@@ -10,7 +10,6 @@
 
 #include "base/error.h"
 #include "parallel/collective.h"
-#include "surface/membrane.h"
 #include "tests/io/files.h"
 #include "tests/support/grid_mesh.h"
 #include "tests/support/picture.h"
@@ -62,19 +61,18 @@ SurfaceMesh strip_mesh(int cells) {
 }
 
 /// A run in steps of one length.
-class Pulled : public PulledStrip<InflateRun> {
+class Pulled : public PulledStrip {
  public:
   Pulled(int cells, const Options& options, double h)
-      : PulledStrip(make_membrane(PETSC_COMM_WORLD, strip_mesh(cells), options.sheet), options, h) {}
+      : PulledStrip(strip_mesh(cells), options, h, ChainKind::inflate) {}
 
-  const Membrane& wall() { return object().membrane(); }
   /// Undeformed heights of the ends of all cracked sides of elements.
   std::vector<double> heights() {
     std::vector<double> own;
-    for (PetscInt side = 0; side < 3 * wall().elements.owned; ++side) {
+    for (PetscInt side = 0; side < 3 * surface().elements.owned; ++side) {
       if (fields().living.cracked[side]) {
-        own.push_back(wall().rest(1, wall().corner(side / 3, side % 3)));
-        own.push_back(wall().rest(1, wall().corner(side / 3, side % 3 + 1)));
+        own.push_back(surface().rest(1, surface().corner(side / 3, side % 3)));
+        own.push_back(surface().rest(1, surface().corner(side / 3, side % 3 + 1)));
       }
     }
     return of_all_ranks(PETSC_COMM_WORLD, own);
@@ -95,8 +93,8 @@ TEST(WallCracks, part_a_strip_across_where_it_is_weak) {
   options.forces["nudge"].force = {{0, 0, 0, 1e-3}};
   constexpr int cells = 6;
   Pulled run(cells, options, 2e-3);
-  const PetscInt vertices = run.wall().particles.global;
-  const PetscInt elements = run.wall().elements.global;
+  const PetscInt vertices = run.surface().particles.global;
+  const PetscInt elements = run.surface().elements.global;
   const double mass = run.mass();
   const double begin = run.first_crack(0.5);
   for (int k = 0; k < 60; ++k) {
@@ -108,8 +106,8 @@ TEST(WallCracks, part_a_strip_across_where_it_is_weak) {
   for (const double y : run.heights()) {
     EXPECT_NEAR(y, length / 2, 1e-12);
   }
-  EXPECT_EQ(run.wall().particles.global, vertices + cells + 1);
-  EXPECT_EQ(run.wall().elements.global, elements) << "no element is lost";
+  EXPECT_EQ(run.surface().particles.global, vertices + cells + 1);
+  EXPECT_EQ(run.surface().elements.global, elements) << "no element is lost";
   const std::vector<bool>& living = run.fields().living.triangles;
   EXPECT_TRUE(std::all_of(living.begin(), living.end(), [](bool lives) { return lives; }));
   const std::vector<PetscInt> ids = run.ids();
@@ -124,8 +122,8 @@ TEST(WallCracks, part_a_strip_across_where_it_is_weak) {
   EXPECT_EQ(std::count(pins.begin(), pins.end(), 0), cells + 1);
   EXPECT_EQ(std::count(pins.begin(), pins.end(), 1), cells + 1);
   const std::vector<bool>& loads = *run.state().loads;
-  EXPECT_EQ(run.sum(static_cast<double>(std::count(loads.begin(), loads.begin() + run.wall().particles.owned, true))),
-            2)
+  EXPECT_EQ(
+      run.sum(static_cast<double>(std::count(loads.begin(), loads.begin() + run.surface().particles.owned, true))), 2)
       << "the vertex that is pushed and its copy";
 
   run.expect_halves(mass, length, begin - 1e-12, begin + 0.02, speed * run.time(), 0.2);

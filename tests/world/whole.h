@@ -36,9 +36,9 @@ struct Whole {
   Whole(const Sheet& sheet, const State& state)
       : x(by_id(sheet, state.position)),
         v(by_id(sheet, state.velocity)),
-        temperature(by_id(sheet, state.temperature).row(0)),
-        mass(by_id(sheet, state.mass).row(0)),
-        mass_change(by_id(sheet, state.mass_change).row(0)) {
+        temperature(by_id(sheet, state.burning->temperature).row(0)),
+        mass(by_id(sheet, state.burning->mass).row(0)),
+        mass_change(by_id(sheet, state.burning->mass_change).row(0)) {
     const auto id = [&](PetscInt i) { return static_cast<double>(sheet.persistent_id[i]); };
     std::vector<double> own_springs;
     for (std::size_t colour = 0; colour < 4; ++colour) {
@@ -46,7 +46,7 @@ struct Whole {
       for (PetscInt s = 0; s < set.owned(); ++s) {
         own_springs.insert(own_springs.end(),
                            {static_cast<double>(colour), id(set.ends[s][0]), id(set.ends[s][1]),
-                            state.target_length[colour][s], state.living.springs[colour][s] ? 1.0 : 0.0});
+                            state.target_length[colour][s], state.burning->living.springs[colour][s] ? 1.0 : 0.0});
       }
     }
     const std::vector<double> all_springs = of_all_ranks(own_springs);
@@ -60,7 +60,7 @@ struct Whole {
         own_cells.push_back(id(corner));
       }
       own_cells.push_back(id(sheet.lattice[c]));
-      const auto first = state.living.triangles.begin() + static_cast<std::ptrdiff_t>(4 * c);
+      const auto first = state.burning->living.triangles.begin() + static_cast<std::ptrdiff_t>(4 * c);
       own_cells.insert(own_cells.end(), first, first + 4);
     }
     const std::vector<double> all_cells = of_all_ranks(own_cells);

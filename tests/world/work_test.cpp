@@ -6,28 +6,15 @@
 #include <functional>
 
 #include "meshing/closed_shapes.h"
-#include "surface/shell.h"
-#include "tests/support/alone.h"
 #include "tests/support/grid_mesh.h"
 #include "tests/support/print_once.h"
 #include "tests/world/static_balloon.h"
-#include "world/burn.h"
 
 namespace pellicle::work_test {
 namespace {
 
-double sum_over_ranks(double own) {
-  MPI_Allreduce(MPI_IN_PLACE, &own, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
-  return own;
-}
-
-double kinetic_energy(const Surface& surface, const double* mass, const Field& velocity) {
-  double own = 0;
-  for (PetscInt i = 0; i < surface.particles.owned; ++i) {
-    own += mass[i] / 2 * velocity.vector(i).squaredNorm();
-  }
-  return sum_over_ranks(own);
-}
+/// Kinetic and elastic. Collective. [J]
+double energy_of(const Alone& alone) { return alone.figure("kinetic_energy") + alone.figure("elastic_energy"); }
 
 /// What of the works has not become energy, as a share of all that was done.
 struct Closure {
@@ -70,20 +57,16 @@ Closure led_sheet(const std::string& dynamics, bool has_floor, double h) {
     floor.shape = "plane";
     floor.point = {0, 0, -0.06};
   }
-  Sheet sheet = make_sheet(PETSC_COMM_WORLD, grid_mesh(8, 3, 0.05), shell_options(options));
-  StageClock clock(Burn::stage_names());
-  Burn burn(sheet, options, clock);
-  State state = burn.initial_state();
-  const double before = burn.elastic_energy(state);
-  while (state.time < 0.4 - 1e-9) {
-    const BurnStep step = advance_alone(burn, state, h);
+  Alone sheet(grid_mesh(8, 3, 0.05), options);
+  const double before = energy_of(sheet);
+  while (sheet.state().time < 0.4 - 1e-9) {
+    const AloneStep step = sheet.advance(h);
     EXPECT_TRUE(step.converged) << step.reason;
     if (!step.converged) {
       return {};
     }
   }
-  const double after = burn.elastic_energy(state) + kinetic_energy(sheet, state.mass.data(), state.velocity);
-  return close(before, after, state.work);
+  return close(before, energy_of(sheet), sheet.state().work);
 }
 
 void expect_to_close(const std::function<Closure(double)>& scene, double coarse, double most, const std::string& what) {
@@ -130,16 +113,11 @@ Closure shaken_ball(const std::string& law, double h) {
   options.pins["hand"].vertices = {0};
   options.pins["hand"].path = there_and_back({0, 0.005, 0.005}, 0.1);
   StaticBalloon ball(icosphere_mesh(1, 0.05), options);
-  const auto energy = [&] {
-    return sum_over_ranks(ball.chain.elements().energy(ball.state.position, ball.state.thickness_ratio) +
-                          ball.chain.bending_energy(ball.state)) +
-           kinetic_energy(ball.membrane, ball.chain.mass().data(), ball.state.velocity);
-  };
-  const double before = energy();
+  const double before = energy_of(ball);
   for (int n = 1; n * h < 0.1 + 1e-9; ++n) {
     ball.reach(n * h);
   }
-  return close(before, energy(), ball.state.work);
+  return close(before, energy_of(ball), ball.state().work);
 }
 
 TEST(Work, OfABalloonBecomesItsEnergy) {
@@ -164,8 +142,8 @@ double gas_against_wall(double h) {
   for (int n = 1; n * h < 0.1 + 1e-9; ++n) {
     ball.reach(n * h);
   }
-  const double of_gas = ball.state.gas->work.sum() - options.gas.ambient_pressure * (ball.volume() - volume);
-  const double of_wall = of(ball.state.work, Work::pressure);
+  const double of_gas = ball.state().gas->work.sum() - options.gas.ambient_pressure * (ball.volume() - volume);
+  const double of_wall = of(ball.state().work, Work::pressure);
   EXPECT_GT(of_gas, 0);
   return of_gas / of_wall - 1;
 }

@@ -1,0 +1,72 @@
+#include "ablation/spring_stress.h"
+
+#include <algorithm>
+
+#include "geometry/quad_area.h"
+
+namespace pellicle {
+inline namespace ablation {
+
+namespace {
+
+enum SumRow { stress_sum = 0, living_cells = 9, sum_rows };
+
+/// Living share of a cell, in quarters.
+double living_share(const Living& living, std::size_t cell) {
+  const auto first = living.triangles.begin() + static_cast<std::ptrdiff_t>(4 * cell);
+  return static_cast<double>(std::count(first, first + 4, true)) / 4;
+}
+
+Eigen::Vector3d direction(const Field& position, const std::array<PetscInt, 2>& ends) {
+  return (position.vector(ends[1]) - position.vector(ends[0])).stableNormalized();
+}
+
+}  // namespace
+
+SpringStress::SpringStress(const Sheet& sheet)
+    : sheet_(sheet), particle_sums_(sheet.particles, sum_rows), stress_(sheet.cells.size()) {}
+
+const std::vector<Eigen::Matrix3d>& SpringStress::find(const Living& living,
+                                                       const std::array<std::vector<double>, 4>& force,
+                                                       const Field& position) {
+  Field::Values sums = particle_sums_.values();
+  sums.setZero();
+  for (std::size_t colour = 0; colour < sheet_.springs.size(); ++colour) {
+    const SpringSet& set = sheet_.springs[colour];
+    for (PetscInt s = 0; s < set.owned(); ++s) {
+      const auto [a, b] = set.ends[s];
+      if (living.springs[colour][s]) {
+        const Eigen::Vector3d d = direction(position, set.ends[s]);
+        const Eigen::Matrix3d half = force[colour][s] * set.initial_length[s] / 2 * d * d.transpose();
+        sums.col(a).head<9>() += half.reshaped();
+        sums.col(b).head<9>() += half.reshaped();
+      }
+    }
+  }
+  for (PetscInt cell = 0; cell < sheet_.elements.owned; ++cell) {
+    for (const PetscInt corner : sheet_.cells[cell]) {
+      sums(living_cells, corner) += living_share(living, cell);
+    }
+  }
+  particle_sums_.add_ghosts();
+  particle_sums_.update_ghosts();
+
+  for (std::size_t cell = 0; cell < stress_.size(); ++cell) {
+    stress_[cell].setZero();
+    const double share = living_share(living, cell);
+    if (share > 0) {
+      const auto& corners = sheet_.cells[cell];
+      auto sum = stress_[cell].reshaped();
+      sum += sums.col(sheet_.lattice[cell]).head<9>();
+      for (const PetscInt corner : corners) {
+        sum += share / sums(living_cells, corner) * sums.col(corner).head<9>();
+      }
+      const auto rest = [&](std::size_t k) { return sheet_.rest.col(corners[k]); };
+      stress_[cell] /= share * quad_area_vector(rest(0), rest(1), rest(2), rest(3)).norm();
+    }
+  }
+  return stress_;
+}
+
+}  // namespace ablation
+}  // namespace pellicle

@@ -1,0 +1,104 @@
+#pragma once
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/stage_clock.h"
+#include "parallel/records.h"
+#include "state/hdf5_file.h"
+#include "surface/mesh_rows.h"
+#include "surface/split_corners.h"
+#include "surface/surface.h"
+#include "world/gas_stage.h"
+#include "world/options.h"
+#include "world/stage.h"
+#include "world/state.h"
+#include "world/textures.h"
+
+namespace pellicle {
+inline namespace world {
+
+/// A surface that was made from another one, with the data of its local particles and elements, ghosts up to date.
+struct MovedSurface {
+  std::shared_ptr<const Surface> surface;
+  Records particles;
+  Records elements;
+};
+
+/// The stages of an object in the order of a step, and those that others ask.
+struct Stages {
+  std::vector<std::unique_ptr<Stage>> all;
+  MotionStage* motion = nullptr;
+  GasStage* gas = nullptr;         ///< null: the object has no chambers
+  std::shared_ptr<void> shared{};  ///< what several stages refer to
+
+  template <class Kind, class... Arguments>
+  Kind& add(Arguments&&... arguments) {
+    auto stage = std::make_unique<Kind>(std::forward<Arguments>(arguments)...);
+    Kind& added = *stage;
+    all.push_back(std::move(stage));
+    return added;
+  }
+  /// Adds a stage before the motion, and before its gas if it has any.
+  Stage& add_before_motion(std::unique_ptr<Stage> stage) {
+    const auto place = std::find_if(all.begin(), all.end(), [this](const std::unique_ptr<Stage>& other) {
+      return other.get() == gas || other.get() == motion;
+    });
+    return **all.insert(place, std::move(stage));
+  }
+};
+
+/// The kind of an object (`chain`): how its surface is made, renumbered and kept in checkpoints, and of which stages
+/// its steps consist. It has no state. All functions are collective unless stated otherwise.
+class Chain {
+ public:
+  virtual ~Chain() = default;
+
+  /// The names of what the clock of an object measures. Not collective.
+  virtual std::vector<std::string> clock_names() const = 0;
+  /// The stage of the clock in which the surface is numbered anew. Not collective.
+  virtual std::string renumbering() const = 0;
+  /// Why an object ends of which nothing is left. Not collective.
+  virtual std::string words_of_end() const = 0;
+  /// Lines about a surface for a person who watches.
+  virtual std::vector<std::string> lines(const Surface& surface) const = 0;
+
+  /// @throws Error, on all ranks, on bad materials of what burns
+  virtual std::shared_ptr<const Surface> make_surface(MPI_Comm comm, MeshRows rows) const = 0;
+  /// The surface of an object without a name has the group "objects/sheet" or "objects/balloon" of a checkpoint, which
+  /// this is; it names one with a name, too. Not collective.
+  virtual std::string group() const = 0;
+  virtual std::shared_ptr<const Surface> read_surface(const Hdf5File& checkpoint, const std::string& group) const = 0;
+  virtual void write_surface(Hdf5File& checkpoint, const std::string& group, const Surface& surface) const = 0;
+  /// Persistent ids of the local elements. Not collective.
+  virtual std::vector<PetscInt> element_ids(const Surface& surface) const = 0;
+
+  /// The surface with corners split. @param records of its particles, copies and elements
+  virtual MovedSurface split(const Surface& surface, const SplitCorners& corners, const Records& particles,
+                             const Records& copies, const Records& elements) const = 0;
+  /// The surface without elements of which nothing is left; none: they are too few.
+  virtual std::optional<MovedSurface> compact(const Surface& /*surface*/, const State& /*state*/) const { return {}; }
+  /// The surface spread over the ranks anew; none: the load of contact is even enough. @param load of the particles
+  virtual std::optional<MovedSurface> spread(const Surface& /*surface*/, const State& /*state*/,
+                                             const std::vector<double>& /*load*/) const {
+    return {};
+  }
+
+  /// The fields of an object with so many chambers, at rest in the undeformed shape.
+  virtual std::unique_ptr<State> make_state(const Surface& surface, int chambers) const = 0;
+  /// The state at time 0 but for what stages set (Stage::start): the initial noise, and what pins, loads and chambers
+  /// choose. @throws Error on bad pins, planes, loads and chambers
+  virtual std::unique_ptr<State> initial_state(const Surface& surface) const = 0;
+  /// The stages of an object that goes on from a state. All must outlive them.
+  /// @throws Error on textures that cannot be read and other input
+  virtual Stages make_stages(const Surface& surface, State& state, StageClock& clock, Textures& textures) const = 0;
+};
+
+/// The chain that options ask for, which must outlive it. Not collective.
+std::unique_ptr<Chain> make_chain(const Options& options);
+
+}  // namespace world
+}  // namespace pellicle

@@ -1,0 +1,319 @@
+#include "world/fire_stages.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "ablation/cut_surface.h"
+#include "base/units.h"
+#include "combustion/combustion.h"
+#include "contact/body_contact.h"
+#include "contact/body_heat.h"
+#include "contact/contact_surface.h"
+#include "heat/heat_balance.h"
+#include "heat/heat_source.h"
+#include "parallel/collective.h"
+#include "world/fire_remarks.h"
+
+namespace pellicle {
+inline namespace world {
+
+namespace {
+
+constexpr double heat_balance_tolerance = 1e-9;  ///< share of the heat that came in
+constexpr double heat_balance_rounding = 1e-14;  ///< share of the heat that was there at first
+
+/// Mass over initial mass of each local particle, of a sheet together with the shares of its cells that belong to the
+/// other layer: for a corner an eighth from the lattice particles of its cells, for a lattice particle an eighth from
+/// each corner of its cell. Removed particles do not count. Collective.
+std::vector<double> mass_ratios(const Surface& surface, const Field& mass) {
+  Field sum(surface.particles, 2);  // of masses, and of initial masses
+  const auto add = [&](PetscInt to, PetscInt from, double initial) {
+    const double m = mass.data()[from];
+    if (m > 0) {
+      sum.values().col(to) += initial * Eigen::Vector2d(m / surface.initial_mass[from], 1);
+    }
+  };
+  for (PetscInt i = 0; i < surface.particles.owned; ++i) {
+    add(i, i, surface.initial_mass[i]);
+  }
+  for (PetscInt cell = 0; cell < surface.elements.owned && surface.has_quads(); ++cell) {
+    const PetscInt lattice = surface.lattice[cell];
+    const double eighth = surface.initial_mass[lattice] / 4;
+    for (const PetscInt corner : surface.cells[cell]) {
+      add(corner, lattice, eighth);
+      add(lattice, corner, eighth);
+    }
+  }
+  sum.add_ghosts();
+  sum.update_ghosts();
+  std::vector<double> ratio;
+  for (PetscInt i = 0; i < surface.particles.local(); ++i) {
+    const auto of_particle = sum.values().col(i);
+    ratio.push_back(of_particle[1] > 0 ? of_particle[0] / of_particle[1] : 0);
+  }
+  return ratio;
+}
+
+}  // namespace
+
+HeatStage::HeatStage(const Surface& surface, const Options& options, State& state, StageClock& clock,
+                     Textures& textures)
+    : surface_(surface),
+      options_(options),
+      state_(state),
+      clock_(clock),
+      conduction_(surface, options.heat,
+                  textures.values(surface.uv, "heat.diffusivity_texture", options.heat.diffusivity_texture,
+                                  options.heat.diffusivity_range)),
+      rise_(surface.particles, 1) {
+  for (const auto& [name, source] : options.heat.sources) {
+    validate(name, source);
+    source_texture_[name] = textures.values(surface.uv, "heat.sources." + name + ".file", source.file);
+  }
+  if (exchange_heat(options.bodies)) {
+    bodies_ = make_bodies(surface.comm(), options.bodies);
+    resting_gap_ = balances_bodies(options) ? contact_thickness(surface, options.contact) : 0;
+  }
+}
+
+void HeatStage::start() {
+  BurningFields& fields = *state_.burning;
+  fields.temperature.values().setConstant(options_.heat.initial_temperature);
+  fields.heat_initial = heat_content(surface_, fields.mass, fields.temperature, options_.heat.capacity);
+}
+
+StageResult HeatStage::begin(Step& step) {
+  const auto timer = clock_.time("heat");
+  const HeatOptions& heat = options_.heat;
+  const double h = step.h;
+  BurningFields& fields = *state_.burning;
+  // Eq. 1: T^ext from the sources, then the heat released by the burning of the last step.
+  for (const auto& [name, source] : heat.sources) {
+    fields.heat_in += apply_heat_source(
+        fields.temperature, source,
+        {surface_, state_.position, fields.mass, source_texture_.at(name), state_.time, h, heat.capacity});
+  }
+  fields.heat_in += release_burning_heat(fields.temperature, surface_, fields.mass_change, fields.mass, heat);
+  const HeatExchange exchange =
+      exchange_with_surroundings(fields.temperature, surface_, state_.position, fields.mass, fields.living, h, heat);
+  fields.heat_in += exchange.gained;
+  fields.heat_out += exchange.lost;
+  if (!bodies_.empty()) {
+    const BodyHeat of_bodies = exchange_with_bodies(
+        fields.temperature, surface_, bodies_,
+        {state_.position, fields.mass, fields.living, state_.time, h, heat.capacity, resting_gap_});
+    fields.heat_in += of_bodies.gained;
+    fields.heat_out += of_bodies.lost;
+  }
+  rise_.values() = -fields.temperature.values();
+  StageResult result = conduction_.advance(fields.temperature, {state_.position, fields.mass, fields.living, h});
+  rise_.values() += fields.temperature.values();
+  fields.heat_made += heat_content(surface_, fields.mass, rise_, heat.capacity);
+  step.heat_iterations = result.iterations;
+  return result;
+}
+
+void HeatStage::report(Report& report, const Step& step) const {
+  report.add("heat_iterations", "", step.heat_iterations);
+}
+
+std::vector<std::string> HeatStage::first_remarks() const { return front_remarks(options_, mean_side(surface_)); }
+
+CombustionStage::CombustionStage(const Surface& surface, const Options& options, State& state, StageClock& clock,
+                                 Textures& textures)
+    : surface_(surface),
+      options_(options),
+      state_(state),
+      clock_(clock),
+      ablation_(surface, options.ablation.spring_rule),
+      mass_loss_factor_(textures.values(surface.uv, "combustion.mass_loss_texture",
+                                        options.combustion.mass_loss_texture, options.combustion.mass_loss_range)) {}
+
+StageResult CombustionStage::begin(Step& step) {
+  const auto timer = clock_.time("combustion");
+  BurningFields& fields = *state_.burning;
+  // A particle without living triangles neither cools nor burns.
+  const std::vector<bool>& triangles = fields.living.triangles;
+  const bool is_whole = std::find(triangles.begin(), triangles.end(), false) == triangles.end();
+  std::vector<bool> has_surface;
+  if (on_any_rank(surface_.comm(), !is_whole)) {
+    has_surface = ablation_.particles_with_surface(fields.living);
+  }
+  const BurnInput input{fields.temperature, mass_loss_factor_, step.h, has_surface.empty() ? nullptr : &has_surface};
+  fields.mass_burnt += burn(fields.mass, fields.mass_change, surface_, input, options_.combustion);
+  fields.heat_out -= heat_content(surface_, fields.mass_change, fields.temperature, options_.heat.capacity);
+  return {};
+}
+
+AblationStage::AblationStage(const Surface& surface, const Options& options, State& state, StageClock& clock)
+    : surface_(surface),
+      options_(options),
+      state_(state),
+      clock_(clock),
+      ablation_(surface, options.ablation.spring_rule) {}
+
+void AblationStage::start() { state_.burning->pieces = initial_pieces(surface_); }
+
+StageResult AblationStage::begin(Step& step) {
+  const auto timer = clock_.time("ablation");
+  BurningFields& fields = *state_.burning;
+  const double time = state_.time + step.h;
+  set_level(level_, surface_, fields.mass, options_.ablation.loss_mass);
+  const auto has_burnt = [this](PetscInt particle) { return level_[particle] < 0; };
+  const auto per_element = static_cast<std::size_t>(surface_.triangles_per_element);
+  for (std::size_t t = 0; t < surface_.triangles.size(); ++t) {
+    const auto& [a, b, c] = surface_.triangles[t];
+    if (fields.burn_time[t / per_element] < 0 && (has_burnt(a) || has_burnt(b) || has_burnt(c))) {
+      fields.burn_time[t / per_element] = time;
+    }
+  }
+  step.has_burnt = ablation_.burn_away(fields.living, level_);
+  if (step.has_burnt) {
+    remove_bare_particles(time);
+  }
+  return {};
+}
+
+/// Removes the particles that have lost their last spring; pieces separate.
+void AblationStage::remove_bare_particles(double time) {
+  BurningFields& fields = *state_.burning;
+  for (const PetscInt i : ablation_.bare_particles(fields.living, fields.mass)) {
+    double& mass = fields.mass.data()[i];
+    fields.mass_burnt += mass;
+    fields.heat_out += mass * options_.heat.capacity * fields.temperature.data()[i];
+    mass = 0;
+    fields.mass_change.data()[i] = 0;
+  }
+  update_ghosts(surface_.particles, fields.mass, fields.mass_change);
+  update_pieces(fields.pieces, surface_, fields.living, time);
+}
+
+void AblationStage::draw(Picture& picture) const {
+  const BurningFields& fields = *state_.burning;
+  picture.cut(cut_surface(surface_, fields.living, level_set(surface_, fields.mass, options_.ablation.loss_mass)));
+  picture.add_on_particles("mass_ratio", mass_ratios(surface_, fields.mass), 1, surface_.has_quads());
+  const Pieces& pieces = fields.pieces;
+  const std::vector<double> masses = piece_masses(pieces, surface_, fields.mass);
+  const auto per_element = static_cast<std::size_t>(surface_.triangles_per_element);
+  std::vector<double> id;
+  std::vector<double> mass;
+  std::vector<double> birth_time;
+  for (std::size_t t = 0; t < surface_.triangles.size(); t += per_element) {
+    const PetscInt piece = pieces.of_particle[surface_.triangles[t].back()];
+    id.push_back(static_cast<double>(piece));
+    mass.push_back(piece >= 0 ? masses[pieces.place_of(piece)] : 0);
+    birth_time.push_back(piece >= 0 ? pieces.birth_time[pieces.place_of(piece)] : 0);
+  }
+  picture.add_on_cells("piece", std::move(id));
+  picture.add_on_cells("piece_mass", std::move(mass));
+  picture.add_on_cells("piece_birth_time", std::move(birth_time));
+}
+
+CrackStage::CrackStage(const Surface& surface, const Options& options, State& state, StageClock& clock,
+                       Textures& textures, MotionStage& motion)
+    : surface_(surface),
+      options_(options),
+      state_(state),
+      clock_(clock),
+      ablation_(surface, options.ablation.spring_rule),
+      cracks_(surface, cracks_of(options),
+              textures.values(surface.uv, "ablation.strength_texture", options.ablation.strength_texture,
+                              options.ablation.strength_range)),
+      motion_(motion) {}
+
+StageResult CrackStage::end(Step& step) {
+  const auto timer = clock_.time("ablation");
+  BurningFields& fields = *state_.burning;
+  const std::vector<PetscInt> sides = cracks_.sides(
+      {fields.living, motion_.stress(), state_.position, fields.mass, motion_.pinned(), options_.combustion.min_mass});
+  for (const PetscInt side : sides) {
+    ++fields.cracked_sides;
+    fields.crack_length += surface_.of(Colour::blue).initial_length[side];
+  }
+  step.has_cracked = ablation_.crack(fields.living, sides);
+  return {};
+}
+
+std::array<double, 2> CrackStage::sums() const {
+  return sum_over_ranks(surface_.comm(), std::array{state_.burning->cracked_sides, state_.burning->crack_length});
+}
+
+void CrackStage::report(Report& report, const Step& /*step*/) const {
+  const auto [sides, length] = sums();
+  report.add("cracked_sides", "", sides);
+  report.add("crack_length", "m", length);
+}
+
+std::vector<std::string> CrackStage::first_remarks() const {
+  const std::string words = cracks_.remark();
+  return words.empty() ? std::vector<std::string>() : std::vector<std::string>{words};
+}
+
+std::vector<std::string> CrackStage::remarks() const {
+  const auto [sides, length] = sums();
+  return sides > 0 ? std::vector<std::string>{fmt::format("cracks: {:.0f} sides of cells, {:.4g} m", sides, length)}
+                   : std::vector<std::string>();
+}
+
+HeatBalanceStage::HeatBalanceStage(const Surface& surface, const Options& options, State& state)
+    : surface_(surface), options_(options), state_(state) {}
+
+/// Collective.
+FireFigures HeatBalanceStage::figures() const {
+  const BurningFields& fields = *state_.burning;
+  double mass = 0;
+  for (PetscInt i = 0; i < surface_.particles.owned; ++i) {
+    mass += fields.mass.data()[i];
+  }
+  const double content = heat_content(surface_, fields.mass, fields.temperature, options_.heat.capacity);
+  const std::array<double, 7> sums =
+      sum_over_ranks(surface_.comm(), std::array{mass, fields.mass_burnt, content, fields.heat_in, fields.heat_out,
+                                                 fields.heat_made, fields.heat_initial});
+  set_level(level_, surface_, fields.mass, options_.ablation.loss_mass);
+  const double hottest = largest_drawn(surface_, fields.living, level_, fields.temperature.data());
+  return {sums[0], sums[1], sums[2], sums[3], sums[4], sums[5], sums[6], hottest};
+}
+
+StageResult HeatBalanceStage::end(Step& step) {
+  step.fire = figures();
+  const FireFigures& fire = *step.fire;
+  FireRecord record(state_.burning->fire_record);
+  record.note(state_.time + step.h, fire.mass_left, fire.mass_burnt, fire.temperature_max);
+  state_.burning->fire_record = record.numbers();
+
+  // The umbrella makes heat; the consistent operator may make none.
+  const double made = options_.heat.operator_name == HeatOperator::umbrella ? fire.heat_made : 0;
+  const double open = std::abs(fire.heat_content - fire.heat_initial - fire.heat_in + (fire.heat_out - made));
+  const double limit = heat_balance_tolerance * fire.heat_in + heat_balance_rounding * fire.heat_initial;
+  StageResult result;
+  if (!(open <= limit)) {  // also when it is not a number
+    result.converged = false;
+    result.reason = "the heat ledger does not close: " + number_text(open) +
+                    " J are unaccounted for, expected at most " + number_text(limit) + " J where " +
+                    number_text(fire.heat_in) + " J came in";
+  }
+  return result;
+}
+
+void HeatBalanceStage::report(Report& report, const Step& step) const {
+  const FireFigures fire = step.fire ? *step.fire : figures();
+  report.add("mass_left", "kg", fire.mass_left);
+  report.add("mass_burnt", "kg", fire.mass_burnt);
+  report.add("pieces", "", static_cast<double>(state_.burning->pieces.present.size()));
+  report.add("heat_content", "J", fire.heat_content);
+  report.add("heat_in", "J", fire.heat_in);
+  report.add("heat_out", "J", fire.heat_out);
+  report.add("heat_made", "J", fire.heat_made);
+  report.add("temperature_max", "K", fire.temperature_max);
+}
+
+std::vector<std::string> HeatBalanceStage::remarks() const {
+  return fire_remarks(options_, FireRecord(state_.burning->fire_record));
+}
+
+}  // namespace world
+}  // namespace pellicle

@@ -1,0 +1,301 @@
+#include "world/gas_stage.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <utility>
+
+#include "io/console.h"
+#include "parallel/collective.h"
+#include "surface/split_corners.h"
+
+namespace pellicle {
+inline namespace world {
+
+namespace {
+
+/// How many chambers there were before any was cut in two; they come first.
+int chambers_at_first(const Chambers& chambers) {
+  int count = 0;
+  while (count < chambers.count() && chambers.was_there_at_first(count)) {
+    ++count;
+  }
+  return count;
+}
+
+}  // namespace
+
+GasStage::GasStage(const Surface& surface, const Options& options, State& state, const TimeIntegrator& integrator,
+                   const Eigen::Vector3d& origin, const SymmetryPlanes& planes)
+    : surface_(surface),
+      options_(options),
+      state_(state),
+      integrator_(integrator),
+      chambers_(surface, options.gas, options.chambers, origin, state.chamber, state.gas, planes),
+      gas_step_{&exchange()},
+      pushes_unevenly_(gas_pushes_unevenly(options)),
+      uneven_(surface.particles, 3),
+      between_(surface.particles, 3) {}
+
+void GasStage::start() {
+  if (state_.gas != nullptr) {
+    *state_.gas = chambers_.first_exchange(chambers_.volumes(state_.position));
+  }
+}
+
+void GasStage::follow() {
+  if (state_.gas != nullptr) {
+    chambers_.set_numbers(state_.chamber);
+    gas_step_ = {state_.gas};
+  }
+  if (state_.burning) {
+    chambers_.set_living(state_.burning->living);
+  }
+}
+
+StageResult GasStage::begin(Step& step) {
+  const double share = integrator_.share();
+  if (state_.burning) {
+    chambers_.set_living(state_.burning->living);
+  }
+  if (state_.gas != nullptr) {
+    opened_ = opened();
+    *state_.gas = chambers_.recapped(*state_.gas, chambers_.volumes(state_.position), state_.time);
+    gas_step_ = {state_.gas};
+  }
+  if (pushes_unevenly_) {
+    // As far as the forces are in balance at the beginning of the step, or on the way through it.
+    between_.values() = state_.position.values();
+    if (integrator_.is_second_order()) {
+      between_.values() += share * step.h * state_.velocity.values();
+    }
+    uneven_.values().leftCols(surface_.particles.owned) =
+        chambers_.uneven_forces(exchange(), between_, gravity_of_gas(options_), state_.time_of_loads());
+    uneven_.update_ghosts();
+  }
+  if (state_.gas != nullptr) {
+    ChamberWalls walls =
+        chambers_.walls(*state_.gas, state_.position, gravity_of_gas(options_), state_.time_of_loads());
+    if (state_.burning) {
+      gas_heat_.begin_step(chambers_, *state_.gas, surface_, state_.position, *state_.burning, options_.heat.capacity,
+                           step.h, walls);
+    }
+    gas_step_ = {state_.gas, walls, share * step.h};
+  }
+  return {};
+}
+
+StageResult GasStage::end(Step& step) {
+  StageResult result;
+  if (state_.gas == nullptr) {
+    return result;
+  }
+  const Eigen::VectorXd wall_heat = state_.gas->wall_heat;
+  *state_.gas = filled_->end_gas(state_.position);
+  gas_step_ = {state_.gas};
+  if (state_.burning) {
+    result.reason = gas_heat_.end_step(chambers_, state_.gas->wall_heat - wall_heat, *state_.burning);
+  }
+  if (result.reason.empty()) {
+    result.reason = chambers_.imbalance(*state_.gas, chambers_.volumes(state_.position), state_.time + step.h);
+  }
+  result.converged = result.reason.empty();
+  const std::vector<std::string> lines = newly_open(opened_, state_.time + step.h);
+  step.news.insert(step.news.end(), lines.begin(), lines.end());
+  return result;
+}
+
+void GasStage::report(Report& report, const Step& /*step*/) const {
+  // Several chambers: volumes and amounts add up, pressures and temperatures are means by volume.
+  const int several = chambers_at_first(chambers_);
+  const Eigen::VectorXd walls = chambers_.volumes(state_.position);
+  const Eigen::VectorXd volumes = exchange().gas_volumes(walls);
+  std::vector<GasState> states = chambers_.states(exchange(), walls, state_.time_of_loads());
+  GasState all;
+  double initial_volume = 0;
+  double energy = 0;  // of the joined chambers
+  for (int chamber = 0; chamber < chambers_.count(); ++chamber) {
+    GasState& gas = states[chamber];
+    gas.pressure = chambers_.prescribes_volume(chamber) ? state_.pressure[chamber] : gas.pressure;
+    const double share = chambers_.count() == 1 ? 1 : volumes[chamber] / volumes.sum();
+    all.volume += gas.volume;
+    all.amount += gas.amount;
+    all.pressure += share * gas.pressure;
+    all.absolute_pressure += share * gas.absolute_pressure;
+    all.temperature += share * gas.temperature;
+    if (chambers_.was_there_at_first(chamber)) {
+      initial_volume += chambers_.initial_volume(chamber);
+    }
+    if (chambers_.is_joined(chamber)) {
+      energy += gas.amount * chambers_.heat_capacity(chamber) * gas.temperature;
+    }
+  }
+  report.add("gas_volume", "m^3", all.volume);
+  report.add("gas_volume_ratio", "", initial_volume != 0 ? all.volume / initial_volume : 0);
+  report.add("gas_pressure", "Pa", all.pressure);
+  report.add("gas_absolute_pressure", "Pa", all.absolute_pressure);
+  report.add("gas_amount", "mol", all.amount);
+  report.add("gas_temperature", "K", all.temperature);
+  for (int chamber = 0; chamber < (several > 1 ? several : 0); ++chamber) {
+    const std::string& name = chambers_.name(chamber);
+    const std::string owner = "chambers." + name;
+    report.add("gas_volume_" + name, "m^3", states[chamber].volume, owner);
+    report.add("gas_pressure_" + name, "Pa", states[chamber].pressure, owner);
+    report.add("gas_amount_" + name, "mol", states[chamber].amount, owner);
+    report.add("gas_temperature_" + name, "K", states[chamber].temperature, owner);
+  }
+  if (state_.gas == nullptr) {
+    return;
+  }
+  report.add("gas_energy", "J", energy);
+  report.add("gas_work", "J", state_.gas->work.sum());
+  report.add("gas_wall_heat", "J", state_.gas->wall_heat.sum());
+  report.add("gas_leak", "mol", state_.gas->leak_amount.sum());
+  report.add("gas_leak_enthalpy", "J", state_.gas->leak_enthalpy.sum());
+  Eigen::Index link = 0;
+  for (const Chambers::Link& joins : chambers_.links()) {
+    const std::string owner = "gas_network.links." + joins.name;
+    report.add("through_" + joins.name, "mol", state_.gas->link_amount[link], owner);
+    report.add("enthalpy_" + joins.name, "J", state_.gas->link_enthalpy[link], owner);
+    ++link;
+  }
+}
+
+/// Whether each chamber has opened permanently or become a part of another; empty if gas does not flow.
+std::vector<bool> GasStage::opened() const {
+  std::vector<bool> opened;
+  for (int chamber = 0; state_.gas != nullptr && chamber < state_.gas->chambers(); ++chamber) {
+    opened.push_back(state_.gas->is_part(chamber) || state_.gas->is_open(chamber));
+  }
+  return opened;
+}
+
+/// The lines that report chambers which have opened permanently or become parts of others since `before`.
+std::vector<std::string> GasStage::newly_open(const std::vector<bool>& before, double time) const {
+  std::vector<std::string> lines;
+  const std::vector<bool> now = opened();
+  for (int chamber = 0; chamber < static_cast<int>(before.size()); ++chamber) {
+    if (!now[chamber] || before[chamber]) {
+      continue;
+    }
+    const std::string why = " at " + time_text(time) + ": its holes are large, and its pressure is that ";
+    if (state_.gas->is_part(chamber)) {
+      lines.push_back("chamber " + chambers_.name(chamber) + " becomes a part of " +
+                      chambers_.name(state_.gas->gas_inside(chamber)) + why + "round it");
+    } else {
+      lines.push_back("chamber " + chambers_.name(chamber) + " is open for good" + why + "outside");
+    }
+  }
+  return lines;
+}
+
+std::vector<std::string> GasStage::divide() {
+  if (state_.gas == nullptr) {
+    return {};
+  }
+  const std::vector<bool> before = opened();
+  std::optional<Chambers::Division> division =
+      chambers_.divided(state_.burning->pieces.of_particle, *state_.gas, state_.position, state_.time);
+  if (!division) {
+    return {};
+  }
+  state_.chamber = std::move(division->numbers);
+  *state_.gas = std::move(division->exchange);
+  state_.pressure.conservativeResizeLike(Eigen::VectorXd::Zero(state_.gas->chambers()));
+  for (std::string& line : division->lines) {
+    line += " at " + time_text(state_.time);
+  }
+  const std::vector<std::string> lines = newly_open(before, state_.time);
+  division->lines.insert(division->lines.end(), lines.begin(), lines.end());
+  return division->lines;
+}
+
+std::string GasStage::open_wall(bool can_crack) const {
+  if (!state_.burning) {
+    return "";
+  }
+  const std::string hole = burnt_hole();
+  return hole.empty() && can_crack ? torn_wall() : hole;
+}
+
+/// Where a chamber that needs a closed surface has a burnt hole.
+std::string GasStage::burnt_hole() const {
+  const BurningFields& fields = *state_.burning;
+  constexpr PetscInt none = std::numeric_limits<PetscInt>::max();
+  const auto per_element = static_cast<std::size_t>(surface_.triangles_per_element);
+  const auto chamber_of = [&](std::size_t e) { return chambers_.of_triangle(static_cast<PetscInt>(per_element * e)); };
+  PetscInt least = none;
+  std::size_t found = 0;
+  for (PetscInt e = 0; e < surface_.elements.owned; ++e) {
+    if (fields.burn_time[e] >= 0 && surface_.element_id[e] < least && chamber_of(e) >= 0 &&
+        chambers_.needs_closed_wall(chamber_of(e))) {
+      least = surface_.element_id[e];
+      found = e;
+    }
+  }
+  PetscInt first = least;
+  first = min_over_ranks(surface_.comm(), first);
+  if (first == none) {
+    return "";
+  }
+  std::array<double, 4> place{};  // centre, chamber: of the rank that has it
+  if (least == first) {
+    Eigen::Vector3d x = Eigen::Vector3d::Zero();
+    for (std::size_t t = per_element * found; t < per_element * (found + 1); ++t) {
+      for (const PetscInt point : surface_.triangles[t]) {
+        x += state_.position.vector(point) / static_cast<double>(3 * per_element);
+      }
+    }
+    place = {x[0], x[1], x[2], static_cast<double>(chamber_of(found))};
+  }
+  place = sum_over_ranks(surface_.comm(), place);
+  std::string text = fmt::format(" is open: element {} at ({:.4g}, {:.4g}, {:.4g}) m has burnt through",
+                                 static_cast<int>(first), place[0], place[1], place[2]);
+  return "chamber " + chambers_.name(static_cast<int>(place[3])) + text;
+}
+
+/// Where cracks part the surface round a chamber that needs it closed.
+std::string GasStage::torn_wall() const {
+  if (chambers_.count() == 0) {
+    return "";
+  }
+  const SplitCorners corners = find_split_corners(surface_, state_.burning->living);
+  if (corners.count == 0) {
+    return "";
+  }
+  std::map<PetscInt, int> chamber_of;  // of vertices of triangles that may not part
+  for (std::size_t triangle = 0; triangle < surface_.triangles.size(); ++triangle) {
+    const int chamber = chambers_.of_triangle(static_cast<PetscInt>(triangle));
+    if (chamber >= 0 && chambers_.needs_closed_wall(chamber)) {
+      for (const PetscInt vertex : surface_.triangles[triangle]) {
+        chamber_of[vertex] = chamber;
+      }
+    }
+  }
+  std::array<double, 5> first{HUGE_VAL};  // id, place and chamber
+  for (const SplitCorners::Copy& copy : corners.copies) {
+    if (const auto found = chamber_of.find(copy.original); found != chamber_of.end()) {
+      const double id = surface_.persistent_id[copy.original];
+      const Eigen::Vector3d x = state_.position.vector(copy.original);
+      first = std::min(first, {id, x[0], x[1], x[2], static_cast<double>(found->second)});
+    }
+  }
+  const std::vector<std::array<double, 5>> all = of_all_ranks(surface_.comm(), std::vector{first});
+  const auto& [id, x, y, z, chamber] = *std::min_element(all.begin(), all.end());
+  if (id == HUGE_VAL) {
+    return "";
+  }
+  // A coordinate that is rounding is 0, so that the words do not depend on the ranks.
+  const double rounding = 1e-9 * std::hypot(x, y, z);
+  const auto shown = [rounding](double coordinate) { return std::abs(coordinate) < rounding ? 0.0 : coordinate; };
+  std::string text = fmt::format(" is open: it has torn at vertex {} at ({:.4g}, {:.4g}, {:.4g}) m",
+                                 static_cast<int>(id), shown(x), shown(y), shown(z));
+  return "chamber " + chambers_.name(static_cast<int>(chamber)) + text;
+}
+
+}  // namespace world
+}  // namespace pellicle

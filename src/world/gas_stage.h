@@ -1,0 +1,73 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "equilibrium/step_gas.h"
+#include "equilibrium/time_scheme.h"
+#include "gas/chambers.h"
+#include "world/gas_heat.h"
+#include "world/options.h"
+#include "world/stage.h"
+#include "world/state.h"
+
+namespace pellicle {
+inline namespace world {
+
+/// The gas in the chambers of an object: what links, holes and walls bring into it in a step, and the forces of its
+/// weight. Its pressure acts in the balance of the motion (GasFilled).
+class GasStage : public Stage {
+ public:
+  /// The chambers that the state numbers. All must outlive the stage. Collective.
+  /// @param integrator of the motion
+  /// @param origin, planes of symmetry, see Chambers
+  GasStage(const Surface& surface, const Options& options, State& state, const TimeIntegrator& integrator = {},
+           const Eigen::Vector3d& origin = Eigen::Vector3d::Zero(), const SymmetryPlanes& planes = {});
+
+  const Chambers& chambers() const { return chambers_; }
+  const State& state() const { return state_; }
+  /// Data of the gas in the step in progress.
+  GasStep& step() { return gas_step_; }
+  /// The gas in the balance, from which the stage takes what has come into the chambers. It must outlive the steps.
+  void set_filled(GasFilled& filled) { filled_ = &filled; }
+  /// What the chambers have exchanged: that of the state, or nothing where no chamber is joined to anything.
+  const GasExchange& exchange() const { return state_.gas != nullptr ? *state_.gas : chambers_.initial_exchange(); }
+  /// Forces of the weights of gas and air and of jets in the step in progress, of the local particles, ghosts up to
+  /// date [N]; null: gas pushes evenly.
+  const Field* uneven_forces() const { return pushes_unevenly_ ? &uneven_ : nullptr; }
+
+  void start() override;
+  void follow() override;
+  StageResult begin(Step& step) override;
+  StageResult end(Step& step) override;
+  void report(Report& report, const Step& step) const override;
+
+  /// Divides the chambers whose walls have come apart (Chambers::divided), in the state; then all stages must be made
+  /// anew. Collective. @returns a line for each chamber that has been cut; none: the chambers are as they were
+  std::vector<std::string> divide();
+  /// Where a chamber that needs a closed surface has a hole, or cracks part the surface round it: chamber, element or
+  /// vertex, place, in words and the same on all ranks. Empty: nowhere. Collective. @param can_crack the surface
+  std::string open_wall(bool can_crack) const;
+
+ private:
+  std::vector<bool> opened() const;
+  std::vector<std::string> newly_open(const std::vector<bool>& before, double time) const;
+  std::string burnt_hole() const;
+  std::string torn_wall() const;
+
+  const Surface& surface_;
+  const Options& options_;
+  State& state_;
+  TimeIntegrator integrator_;
+  Chambers chambers_;
+  GasStep gas_step_;
+  GasHeat gas_heat_;
+  GasFilled* filled_ = nullptr;  ///< null: nothing presses
+  bool pushes_unevenly_;
+  Field uneven_;              ///< see uneven_forces
+  Field between_;             ///< positions at which these act
+  std::vector<bool> opened_;  ///< which chambers were open at the beginning of the step
+};
+
+}  // namespace world
+}  // namespace pellicle

@@ -1,0 +1,311 @@
+#include "world/object.h"
+
+#include <algorithm>
+#include <array>
+#include <stdexcept>
+#include <utility>
+#include <variant>
+
+#include "parallel/collective.h"
+#include "state/field_tables.h"
+#include "surface/split_corners.h"
+#include "world/contact_of_object.h"
+#include "world/contact_start.h"
+#include "world/load_mesh.h"
+#include "world/non_finite.h"
+#include "world/renumbering.h"
+#include "world/step_reach.h"
+#include "world/work.h"
+
+namespace pellicle {
+inline namespace world {
+
+namespace {
+
+/// The state of an object from its group of a checkpoint. Collective.
+std::unique_ptr<State> read_state(const Hdf5File& checkpoint, const std::string& group, const Chain& chain,
+                                  const Surface& surface) {
+  const std::string table = group + "/state";
+  const auto chambers = static_cast<int>(checkpoint.read_all<double>(table + "/once/pressure").size());
+  std::unique_ptr<State> state = chain.make_state(surface, chambers);
+  read_fields(checkpoint, table, *state, surface.persistent_id, chain.element_ids(surface));
+  return state;
+}
+
+/// Adds kinetic energy [J] and momentum [kg m/s]. Collective. @param mass of the owned particles [kg]
+void report_motion(Report& report, const Surface& surface, const double* mass, const Field& velocity) {
+  std::array<double, 4> sums{};
+  for (PetscInt i = 0; i < surface.particles.owned; ++i) {
+    const Eigen::Vector3d v = velocity.vector(i);
+    sums[0] += mass[i] * v.squaredNorm() / 2;
+    Eigen::Map<Eigen::Vector3d>(sums.data() + 1) += mass[i] * v;
+  }
+  sums = sum_over_ranks(surface.comm(), sums);
+  report.add("kinetic_energy", "J", sums[0]);
+  report.add("momentum_x", "kg m/s", sums[1]);
+  report.add("momentum_y", "kg m/s", sums[2]);
+  report.add("momentum_z", "kg m/s", sums[3]);
+}
+
+/// Adds force and gap of each body; zeros at first, when loads are not known.
+void report_bodies(Report& report, const std::vector<Body>& bodies, const std::vector<BodyLoad>& loads) {
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    const BodyLoad load = b < loads.size() ? loads[b] : BodyLoad{Eigen::Vector3d::Zero(), 0};
+    const std::string owner = "bodies." + bodies[b].name;
+    report.add("force_" + bodies[b].name + "_x", "N", load.force.x(), owner);
+    report.add("force_" + bodies[b].name + "_y", "N", load.force.y(), owner);
+    report.add("force_" + bodies[b].name + "_z", "N", load.force.z(), owner);
+    report.add("gap_" + bodies[b].name, "m", load.gap, owner);
+  }
+}
+
+/// Adds the seconds that stages have taken in the step.
+void report_seconds(Report& report, const StageClock& clock) {
+  for (const StageTime& stage : clock.stages()) {
+    std::string name = "seconds_" + stage.name;
+    std::replace(name.begin(), name.end(), ' ', '_');
+    report.add(name, "s", stage.lap_seconds);
+  }
+}
+
+}  // namespace
+
+Object::Object(std::string name, Options options, MPI_Comm comm, MeshRows rows)
+    : name_(std::move(name)),
+      options_(std::move(options)),
+      chain_(make_chain(options_)),
+      clock_(chain_->clock_names()),
+      surface_(chain_->make_surface(comm, std::move(rows))),
+      textures_(comm),
+      state_(chain_->initial_state(*surface_)) {
+  make_stages();
+  start();
+  follow();
+  refuse_start_in_bodies(*this);
+}
+
+Object::Object(std::string name, Options options, const Hdf5File& checkpoint)
+    : name_(std::move(name)),
+      options_(std::move(options)),
+      chain_(make_chain(options_)),
+      clock_(chain_->clock_names()),
+      surface_(chain_->read_surface(checkpoint, group())),
+      textures_(checkpoint.comm()),
+      state_(read_state(checkpoint, group(), *chain_, *surface_)) {
+  make_stages();
+  follow();
+  find_end();
+}
+
+void Object::add_stage(StageMaker make) {
+  Stage& stage = stages_.add_before_motion(make(*surface_, *state_));
+  if (state_->step == 0) {
+    stage.start();
+  }
+  stage.follow();
+  added_.push_back(std::move(make));
+}
+
+Field& Object::field(const std::string& name) {
+  const FieldRegistry::Entry* entry = state_->find(name);
+  if (entry == nullptr || !std::holds_alternative<Field*>(entry->storage)) {
+    throw std::logic_error("no field of the name " + name + " on particles");
+  }
+  return *std::get<Field*>(entry->storage);
+}
+
+void Object::make_stages() {
+  stages_ = chain_->make_stages(*surface_, *state_, clock_, textures_);
+  for (const StageMaker& make : added_) {
+    stages_.add_before_motion(make(*surface_, *state_));
+  }
+}
+
+void Object::start() {
+  for (const std::unique_ptr<Stage>& stage : stages_.all) {
+    stage->start();
+  }
+}
+
+void Object::follow() {
+  for (const std::unique_ptr<Stage>& stage : stages_.all) {
+    stage->follow();
+  }
+}
+
+StageResult Object::begin(double h) {
+  step_ = {};
+  step_.h = h;
+  StageResult result;
+  result.reason = beyond_reach(options_, *surface_, *state_, h);
+  result.converged = result.reason.empty();
+  for (auto stage = stages_.all.begin(); result.converged && stage != stages_.all.end(); ++stage) {
+    const int iterations = result.iterations;
+    result = (*stage)->begin(step_);
+    result.iterations += iterations;
+  }
+  return result;
+}
+
+StageResult Object::end(const EquilibriumResult& balance) {
+  step_.balance = balance;
+  StageResult result = stages_.motion->take_balance(step_);
+  for (auto stage = stages_.all.begin(); result.converged && stage != stages_.all.end(); ++stage) {
+    result = (*stage)->end(step_);
+  }
+  if (result.converged) {
+    state_->time += step_.h;
+    ++state_->step;
+    result.reason = non_finite(surface_->comm(), *state_);
+    result.converged = result.reason.empty();
+  }
+  return result;
+}
+
+void Object::keep() {
+  if (!kept_) {
+    kept_.emplace(surface_->particles, FieldRegistry::Extent{surface_->elements.owned, surface_->elements.local()});
+  }
+  *kept_ = *state_;
+}
+
+void Object::restore() {
+  *state_ = *kept_;
+  follow();
+}
+
+void Object::accept(double time) {
+  state_->time = time;
+  lips_.clear();
+  for (const std::string& line : step_.news) {
+    news_.push_back({line});
+  }
+  find_end();
+  if (!ended_.empty()) {
+    return;
+  }
+  if (!step_.has_cracked && !step_.has_burnt) {
+    return;
+  }
+  const auto timer = clock_.time(chain_->renumbering());
+  if (can_crack()) {
+    split();
+  }
+  if (stages_.gas != nullptr) {  // The walls of chambers keep all elements.
+    divide();
+  } else if (lips_.empty()) {  // Faces of cracks are to be moved apart before, with their present numbers.
+    const PetscInt before = surface_->elements.global;
+    if (std::optional<MovedSurface> left = chain_->compact(*surface_, *state_); left) {
+      take_over(std::move(*left));
+      news_.push_back({at_step() + std::to_string(before - surface_->elements.global) + " of " +
+                           std::to_string(before) + " cells are gone; " + partition_line(*surface_),
+                       true});
+    }
+  }
+}
+
+/// Divides the chambers whose walls have separated.
+void Object::divide() {
+  const std::vector<std::string> lines = stages_.gas->divide();
+  if (!lines.empty()) {
+    make_stages();
+    kept_.reset();
+    ++replaced_;
+  }
+  for (const std::string& line : lines) {
+    news_.push_back({line});
+  }
+  follow();
+}
+
+/// Splits the vertices at which cracks have separated the surface.
+void Object::split() {
+  const SplitCorners corners = find_split_corners(*surface_, state_->burning->living);
+  if (corners.count > 0) {
+    const auto [particles, copies, elements] = packed(*state_, *surface_, corners);
+    lips_ = find_lips(*surface_, corners);
+    take_over(chain_->split(*surface_, corners, particles, copies, elements));
+    update_pieces(state_->burning->pieces, *surface_, state_->burning->living, state_->time);
+  }
+}
+
+void Object::spread(const std::vector<double>& load) {
+  if (std::optional<MovedSurface> moved = chain_->spread(*surface_, *state_, load); moved) {
+    take_over(std::move(*moved));
+    news_.push_back({at_step() + partition_line(*surface_), true});
+  }
+}
+
+/// Continues with a surface that was made from the present one, and the data that came with its items.
+void Object::take_over(MovedSurface moved) {
+  std::unique_ptr<State> state = chain_->make_state(*moved.surface, static_cast<int>(state_->pressure.size()));
+  pellicle::take_over(*state, *state_, moved.particles, moved.elements);
+  stages_ = {};
+  kept_.reset();
+  whole_.reset();
+  state_ = std::move(state);
+  surface_ = std::move(moved.surface);
+  make_stages();
+  follow();
+  ++replaced_;
+}
+
+void Object::find_end() {
+  ended_ = is_gone() ? chain_->words_of_end() : stages_.gas != nullptr ? stages_.gas->open_wall(can_crack()) : "";
+}
+
+bool Object::draw(const FrameSink& write) {
+  const auto timer = clock_.time("output");
+  Picture picture;
+  for (const std::unique_ptr<Stage>& stage : stages_.all) {
+    stage->draw(picture);
+  }
+  return write(picture.frame(*surface_, *state_, whole_));
+}
+
+Report Object::report(int retries, bool contact_apart) const {
+  Report report;
+  report.add("time", "s", state_->time);
+  report.add("step", "", static_cast<double>(state_->step));
+  report.add("time_step", "s", step_.h);
+  report.add("retries", "", retries);
+  report_motion(report, *surface_, stages_.motion->mass(), state_->velocity);
+  for (const std::unique_ptr<Stage>& stage : stages_.all) {
+    stage->report(report, step_);
+  }
+  report_work(report, options_, state_->work);
+  report_contact(report, options_.contact, contact_apart, step_.balance.contact, *surface_, *state_);
+  report_bodies(report, stages_.motion->bodies(), step_.loads);
+  report_seconds(report, clock_);
+  return report;
+}
+
+std::vector<std::string> Object::first_remarks() const {
+  std::vector<std::string> lines;
+  for (const std::unique_ptr<Stage>& stage : stages_.all) {
+    const std::vector<std::string> more = stage->first_remarks();
+    lines.insert(lines.end(), more.begin(), more.end());
+  }
+  return lines;
+}
+
+std::vector<std::string> Object::remarks() const {
+  std::vector<std::string> lines;
+  for (const std::unique_ptr<Stage>& stage : stages_.all) {
+    const std::vector<std::string> more = stage->remarks();
+    lines.insert(lines.end(), more.begin(), more.end());
+  }
+  return lines;
+}
+
+void Object::save(Hdf5File& checkpoint) const {
+  const std::vector<PetscInt>& particles = surface_->persistent_id;
+  std::vector<PetscInt> elements = chain_->element_ids(*surface_);
+  elements.resize(static_cast<std::size_t>(surface_->elements.owned));
+  chain_->write_surface(checkpoint, group(), *surface_);
+  write_fields(checkpoint, group() + "/state", *state_,
+               {particles.begin(), particles.begin() + surface_->particles.owned}, elements);
+}
+
+}  // namespace world
+}  // namespace pellicle

@@ -1,0 +1,264 @@
+#include "world/projected_motion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numeric>
+
+#include "base/error.h"
+#include "base/units.h"
+#include "parallel/collective.h"
+
+namespace pellicle {
+inline namespace world {
+
+namespace {
+
+const std::map<std::string, BodyOptions> no_bodies;
+
+/// Mean of the values at both ends of every local spring.
+std::array<std::vector<double>, 4> at_springs(const Sheet& sheet, const std::vector<double>& values) {
+  std::array<std::vector<double>, 4> result;
+  if (values.empty()) {
+    return result;
+  }
+  for (const Colour colour : all_colours) {
+    for (const auto& [a, b] : sheet.of(colour).ends) {
+      result[static_cast<std::size_t>(colour)].push_back((values[a] + values[b]) / 2);
+    }
+  }
+  return result;
+}
+
+/// Of contact, in steps of the deck's length [Pa/m]: a projected sheet bears what it is projected to, whatever its
+/// mass.
+double stiffness_of_contact(const Sheet& sheet, const Options& options) {
+  constexpr double rigid = 10;  // times its mass in a step
+  return usual_contact_stiffness(sheet, 0, rigid * options.sheet.areal_density, options.time.step);
+}
+
+/// Refuses a threshold below which a projection would leave the sheet as it is, unless a limit of the strain bounds
+/// that. Collective.
+void require_threshold(const Sheet& sheet, const ProjectOptions& options) {
+  constexpr double most = 0.01;
+  double squares = 0;  // of the lengths
+  for (const SpringSet& springs : sheet.springs) {
+    const auto end = springs.initial_length.begin() + springs.owned();
+    squares = std::inner_product(springs.initial_length.begin(), end, springs.initial_length.begin(), squares);
+  }
+  const double limit = most * std::sqrt(sum_over_ranks(sheet.comm(), squares));
+  if (!options.strain_limit && options.threshold > limit) {
+    throw Error("project.threshold: " + number_text(options.threshold) + " m, expected at most " + number_text(limit) +
+                " m, a hundredth of the norm of all springs' lengths, or project.strain_limit");
+  }
+}
+
+}  // namespace
+
+ProjectedMotion::ProjectedMotion(const Sheet& sheet, const Options& options, State& state, StageClock& clock,
+                                 Textures& textures, GasStage* gas)
+    : SheetMotion(sheet, options, state, clock, gas, stiffness_of_contact(sheet, options)),
+      bodies_(sheet, body_contact_ != nullptr ? no_bodies : options.bodies, contact_thickness(sheet, options.contact)),
+      projection_(
+          sheet, options.project,
+          at_springs(sheet, textures.values(sheet.uv, "project.weight_texture", options.project.weight_texture))) {
+  if (state.step == 0) {
+    require_threshold(sheet, options.project);
+  }
+  if (options.contact.self) {
+    std::vector<Potential*> pressing;
+    if (body_contact_ != nullptr) {
+      pressing.push_back(body_contact_.get());
+    }
+    masses_ = std::make_unique<MassPart>(sheet, pins_.pinned(), options.elastic.snes_rtol, options.time.step, pressing);
+  }
+  if (gas != nullptr) {
+    end_ = Field(sheet.particles, 3);
+    pushed_.emplace(gas->chambers(), gas->step(), start_, end_);
+    gas->set_filled(*pushed_);
+  }
+}
+
+StageResult ProjectedMotion::begin_balance(Step& step) {
+  if (pushed_) {
+    pushed_->begin_step(state_.time + step.h, step.h);
+    push_.emplace(*pushed_, sheet_, state_.position, mass_, held_, step.h);
+    free_position_ = state_.position.values();
+    free_velocity_ = state_.velocity.values();
+  }
+  moved_ = {};
+  contacts_ = 0;
+  projections_ = 0;
+  if (masses_ == nullptr) {
+    return moved_;
+  }
+  if (waits_for_gas()) {  // It stays at its start until it has been projected, see move.
+    begin_masses(start_);
+    return moved_;
+  }
+  choose_pressures();
+  bool is_done = false;
+  project(is_done);
+  if (moved_.converged) {
+    begin_masses(state_.position);
+  }
+  return moved_;
+}
+
+/// Whether the sheet cannot be projected before the balance of the objects that its gas is linked to.
+bool ProjectedMotion::waits_for_gas() const { return push_ && !push_->has_settled() && !pushed_->is_alone(); }
+
+/// Lets contact move the sheet from these positions. In a shorter step it presses harder, as the projection does, which
+/// moves the sheet as far as in a longer one. Collective.
+void ProjectedMotion::begin_masses(const Field& positions) {
+  const double ratio = options_.time.step / h_;
+  stiffness_ = options_.contact.stiffness.value_or(ratio * ratio * usual_stiffness_);
+  if (body_contact_ != nullptr) {
+    body_contact_->set_stiffness(stiffness_);
+  }
+  begin_bodies(h_);
+  masses_->begin(positions, {mass_, held_, start_, h_});
+}
+
+void ProjectedMotion::choose_pressures() {
+  if (push_ && !push_->has_settled()) {
+    push_->choose_pressures();
+  }
+}
+
+/// A sheet that contact has strained beyond its limit is projected again from where contact has moved it, as often as
+/// the limit has steps.
+StageResult ProjectedMotion::move(bool& is_done) {
+  if (masses_ == nullptr) {
+    return project(is_done);
+  }
+  if (waits_for_gas()) {
+    const StageResult result = project(is_done);
+    begin_masses(state_.position);
+    return result;
+  }
+  if (push_) {  // Contact has moved the sheet since it was projected.
+    end_.values() = masses_->position().values();
+    is_done = !push_->settle(end_) || pushed_->is_alone();
+  }
+  if (const std::optional<double> limit = options_.project.strain_limit; limit) {
+    state_.position.values() = masses_->position().values();
+    if (net_strain().largest > *limit && projections_ < options_.project.strain_steps) {
+      ++projections_;
+      const int iterations = moved_.iterations;
+      moved_ = project_springs();
+      begin_masses(state_.position);
+      is_done = false;
+      const StageResult result = moved_;
+      moved_.iterations += iterations;
+      return result;
+    }
+  }
+  return {};
+}
+
+/// One try, with the pressures that have been chosen.
+StageResult ProjectedMotion::project(bool& is_done) {
+  is_done = true;
+  if (push_ && push_->has_settled()) {
+    return {};
+  }
+  const int iterations = moved_.iterations;
+  if (push_) {
+    state_.pressure = push_->pressure();
+    state_.velocity.values() = free_velocity_ + push_->velocity().values();
+    state_.position.values() = free_position_ + h_ * push_->velocity().values();
+    unconstrained_ = state_.position.values();
+  }
+  moved_ = project_springs();
+  const StageResult result = moved_;
+  moved_.iterations += iterations;
+  if (push_ && moved_.converged) {
+    end_.values() = state_.position.values();
+    // It has no stiffness that would answer a pressure in proportion: what it is joined to takes it where it is.
+    push_->settle(state_.position);
+    is_done = pushed_->is_alone();
+  }
+  return result;
+}
+
+/// Projects the springs, and corrects what has run into bodies.
+StageResult ProjectedMotion::project_springs() {
+  const auto timer = clock_.time("projection");  // eq. 12
+  const ContactStep contact = contact_step();
+  bodies_.begin_step(contact, state_.living_triangles());
+  const auto correct = [&](Field& positions) { bodies_.correct_positions(positions, contact); };
+  const auto finish = [&](Field& positions) { return bodies_.correct_triangles(positions, contact); };
+  const ProjectionInput input{state_.target_length,
+                              mass_,
+                              held_,
+                              state_.burning->living,
+                              std::cref(correct),
+                              std::cref(finish),
+                              spring_stress_ || pins_move_ ? &force_ : nullptr};
+  StageResult result = projection_.advance(state_.position, input);
+  if (input.pull != nullptr) {
+    to_forces(force_, sheet_, input, h_);
+  }
+  contacts_ = bodies_.contacts();
+  if (!bodies_.empty()) {  // They have moved what was projected.
+    result.error = constraint_errors(sheet_, state_.position, state_.target_length, state_.burning->living).total;
+  }
+  return result;
+}
+
+StageResult ProjectedMotion::find_positions(Step& step) {
+  step.motion_iterations = moved_.iterations;
+  step.contacts = contacts_;
+  step.constraint_error = moved_.error;
+  step.projected = projection_.monitored();
+  if (masses_ == nullptr) {
+    return moved_;
+  }
+  if (push_) {
+    end_.values() = masses_->position().values();
+    push_->settle(end_);
+  }
+  return take_positions(*masses_, step);
+}
+
+Eigen::Matrix3Xd ProjectedMotion::gas_forces() {
+  Eigen::Matrix3Xd forces(3, sheet_.particles.owned);
+  for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
+    forces.col(i) = mass_[i] / h_ * push_->velocity().vector(i);
+  }
+  return forces;
+}
+
+/// The forces with which the last projection has ended. Collective.
+void ProjectedMotion::add_spring_forces(Eigen::Matrix3Xd& sum) {
+  if (!spring_force_) {
+    spring_force_.emplace(sheet_.particles, 3);
+  }
+  Field& forces = *spring_force_;
+  forces.values().setZero();
+  for (const Colour colour : all_colours) {
+    const SpringSet& set = sheet_.of(colour);
+    const std::vector<double>& pull = force_[static_cast<std::size_t>(colour)];
+    for (std::size_t s = 0; s < std::min(pull.size(), static_cast<std::size_t>(set.owned())); ++s) {
+      const auto [a, b] = set.ends[s];
+      const Eigen::Vector3d on_b = pull[s] * (state_.position.vector(a) - state_.position.vector(b)).normalized();
+      forces.vector(a) -= on_b;
+      forces.vector(b) += on_b;
+    }
+  }
+  forces.add_ghosts();
+  sum += forces.values().leftCols(sheet_.particles.owned);
+}
+
+void ProjectedMotion::leave_bodies(Step& step) {
+  SheetMotion::leave_bodies(step);
+  if (!bodies_.empty()) {
+    const ContactStep contact = contact_step();
+    bodies_.correct_velocities(state_.velocity, state_.position, contact);
+    step.loads = bodies_.loads(state_.position, contact);
+  }
+}
+
+}  // namespace world
+}  // namespace pellicle

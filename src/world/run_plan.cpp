@@ -1,0 +1,272 @@
+#include "world/run_plan.h"
+
+#include <map>
+#include <optional>
+#include <utility>
+
+#include "base/units.h"
+
+namespace pellicle {
+inline namespace world {
+
+namespace {
+
+/// Of linear solves where sheets are among several objects, unless a balloon has one of its own: it costs no Newton
+/// iterations, and saves half of the linear ones.
+constexpr double rtol_of_sheets = 1e-3;
+
+/// Newton iterations of a step in which objects touch, before a shorter one is tried, unless the balloon says.
+constexpr int most_iterations_of_contact = 50;
+
+/// @throws Error when an object of those that touch is to do so in another way than the first
+void require_alike(const NamedOptions& first, const NamedOptions& other) {
+  const auto require = [&](const std::string& key, double of_first, double of_other) {
+    if (of_first != of_other) {
+      throw Error(other.name + ": " + key + ": " + number_text(of_other) + ", expected " + number_text(of_first) +
+                  " as of " + first.name + ", which it touches");
+    }
+  };
+  const ContactOptions& a = first.options.contact;
+  const ContactOptions& b = other.options.contact;
+  require("contact.friction", a.friction, b.friction);
+  require("contact.slip_speed", a.slip_speed, b.slip_speed);
+  if (a.start != b.start) {
+    throw Error(other.name + ": contact.start: " + b.start.name() + ", expected " + a.start.name() + " as of " +
+                first.name + ", which it touches");
+  }
+}
+
+/// Whether the forces on an object alone are brought into balance: a projected sheet is moved.
+bool can_balance(const Options& options) {
+  return options.chain == ChainKind::inflate || options.dynamics != Dynamics::projection;
+}
+
+/// How the step of an object is brought into balance.
+NewtonOptions newton_of(const Options& options) {
+  if (options.chain == ChainKind::inflate) {
+    return options.prism;
+  }
+  if (options.dynamics == Dynamics::spring) {
+    return options.spring;
+  }
+  NewtonOptions newton = options.elastic;
+  if (options.dynamics == Dynamics::projection) {  // The contact of a sheet that has been projected.
+    newton.snes_rtol = 1e-8;
+    newton.ksp_rtol = 1e-3;
+    newton.max_iterations = 0;
+    newton.far = FarTangent::exact;
+  }
+  return newton;
+}
+
+/// @throws Error when the forces on linked objects are in balance at different times in a step
+void require_same_moment(const NamedOptions& first, const NamedOptions& other) {
+  const auto radius = [](const Options& options) {  // of generalized alpha
+    const bool is_alpha = options.chain == ChainKind::inflate && options.time.scheme == TimeScheme::generalized_alpha;
+    return is_alpha ? std::optional(options.time.spectral_radius) : std::nullopt;
+  };
+  const auto words = [&](const NamedOptions& object) {
+    const std::optional<double> of_object = radius(object.options);
+    return of_object ? "generalized_alpha of spectral radius " + number_text(*of_object) : "implicit_euler";
+  };
+  if (radius(first.options) != radius(other.options)) {
+    throw Error(other.name + ": time.scheme: " + words(other) + ", expected " + words(first) + " as of " + first.name +
+                ", to whose chambers its own are linked");
+  }
+}
+
+bool is_ambient(const std::string& end) { return end.empty() || end == "ambient"; }
+
+std::string object_at(const std::string& end) { return is_ambient(end) ? "" : end.substr(0, end.find('.')); }
+
+/// An end of a link as OBJECT.CHAMBER, whichever object says it.
+std::string full_name(const std::deque<NamedOptions>& objects, const NamedOptions& self, const std::string& end,
+                      const std::string& key) {
+  if (is_ambient(end) || (self.name.empty() && end.find('.') == std::string::npos)) {
+    return end;
+  }
+  if (end.find('.') == std::string::npos) {
+    return self.name + "." + end;
+  }
+  if (self.name.empty()) {
+    throw Error(key + ": " + end + ": the run has one object, without a name, expected a chamber of it or ambient");
+  }
+  std::string names;
+  for (const NamedOptions& object : objects) {
+    if (object.name == object_at(end)) {
+      return end;
+    }
+    names += (names.empty() ? "" : ", ") + object.name;
+  }
+  throw Error(key + ": " + end + ": there is no object " + object_at(end) + ", expected a chamber of " + names);
+}
+
+bool same(const LinkOptions& a, const LinkOptions& b) {
+  return a.from == b.from && a.to == b.to && a.area == b.area && a.discharge == b.discharge && a.opens == b.opens &&
+         a.one_way == b.one_way && a.flow == b.flow && a.temperature == b.temperature;
+}
+
+/// The groups of the objects of a plan, which have their links.
+std::vector<GroupPlan> plan_groups(const std::deque<NamedOptions>& objects) {
+  const auto touching = std::count_if(objects.begin(), objects.end(),
+                                      [](const NamedOptions& object) { return object.options.contact.self; });
+  std::vector<GroupPlan> plans;
+  std::vector<const NamedOptions*> members;
+  const NamedOptions* first_linked = nullptr;
+  GroupPlan coupled;
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    const Options& options = objects[i].options;
+    const bool is_linked = has_links_elsewhere(options);
+    const bool touches_others = options.contact.self && touching > 1;
+    if (!is_linked && !touches_others) {
+      plans.push_back(plan_of(objects[i].name, options));
+      plans.back().objects = {i};
+      continue;
+    }
+    members.push_back(&objects[i]);
+    coupled.objects.push_back(i);
+    coupled.names.push_back(objects[i].name);
+    coupled.touches.push_back(options.contact.self);
+    if (options.time.arc_length) {
+      throw Error(objects[i].name +
+                  ": time.arc_length: does not go with objects that touch or are linked, expected none");
+    }
+    if (is_linked) {
+      first_linked = first_linked == nullptr ? &objects[i] : first_linked;
+      require_same_moment(*first_linked, objects[i]);
+      if (touches_others && !can_balance(options)) {
+        throw Error(objects[i].name +
+                    ": contact.self: true of several objects, and gas_network.links to a chamber of another, do not go "
+                    "with dynamics: " +
+                    options.dynamics.name() + ", expected elastic");
+      }
+    }
+  }
+  if (members.empty()) {
+    return plans;
+  }
+  if (members.size() == 1) {
+    plans.push_back(plan_of(coupled.names.front(), members.front()->options));
+    plans.back().objects = coupled.objects;
+    return plans;
+  }
+  const auto first_that_touches = std::find(coupled.touches.begin(), coupled.touches.end(), true);
+  const NamedOptions& first = first_that_touches == coupled.touches.end()
+                                  ? *members.front()
+                                  : *members[first_that_touches - coupled.touches.begin()];
+  coupled.contact = first.options.contact;
+  const auto find = [&members](const auto& is_one) {
+    return std::find_if(members.begin(), members.end(),
+                        [&is_one](const NamedOptions* object) { return is_one(object->options); });
+  };
+  const auto balloon = find([](const Options& options) { return options.chain == ChainKind::inflate; });
+  const auto sheet = find([](const Options& options) { return can_balance(options); });
+  const NamedOptions& solving = balloon != members.end() ? **balloon : sheet != members.end() ? **sheet : first;
+  coupled.newton = newton_of(solving.options);
+  coupled.newton.newton = NewtonEnd::converged;
+  coupled.newton.far = FarTangent::exact;
+  if (coupled.newton.max_iterations == 0) {
+    coupled.newton.max_iterations = most_iterations_of_contact;
+  }
+  for (std::size_t i = 0; i < members.size(); ++i) {
+    const Options& options = members[i]->options;
+    if (coupled.touches[i]) {
+      require_alike(first, *members[i]);
+      coupled.contact.check = coupled.contact.check || options.contact.check;
+    }
+    if (options.chain == ChainKind::burn && !(balloon != members.end() && coupled.newton.ksp_rtol)) {
+      coupled.newton.ksp_rtol = rtol_of_sheets;
+    }
+  }
+  plans.push_back(std::move(coupled));
+  return plans;
+}
+
+}  // namespace
+
+std::string GroupPlan::words() const {
+  if (is_single()) {
+    return "";
+  }
+  std::string all;
+  for (const std::string& name : names) {
+    all += (all.empty() ? "" : ", ") + name;
+  }
+  return all + (any_touches() ? ": touch each other" : ": are linked") + ", one balance a step";
+}
+
+GroupPlan plan_of(const std::string& name, const Options& options) {
+  GroupPlan plan;
+  plan.objects = {0};
+  plan.names = {name};
+  plan.touches = {options.contact.self};
+  plan.contact = options.contact;
+  plan.newton = newton_of(options);
+  return plan;
+}
+
+RunPlan plan_run(std::deque<NamedOptions> objects) {
+  for (const NamedOptions& object : objects) {
+    about_object(heading_of(object.name), [&object] { require_possible(object.options); });
+  }
+  share_links(objects);
+  RunPlan plan;
+  plan.objects = std::move(objects);
+  plan.groups = plan_groups(plan.objects);
+  return plan;
+}
+
+std::vector<std::string> RunPlan::lines() const {
+  std::vector<std::string> lines;
+  for (const GroupPlan& group : groups) {
+    if (!group.is_single()) {
+      lines.push_back(group.words());
+    }
+  }
+  return lines;
+}
+
+void share_links(std::deque<NamedOptions>& objects) {
+  using Links = std::map<std::string, LinkOptions>;
+  std::vector<Links> of_objects(objects.size());
+  for (std::size_t giver = 0; giver < objects.size(); ++giver) {
+    const NamedOptions& self = objects[giver];
+    if (!self.options.gas.links.empty() && self.options.chambers.count("ambient") > 0) {
+      throw Error(heading_of(self.name) +
+                  "chambers.ambient: links name the air outside by this word, expected another name of the chamber");
+    }
+    for (const auto& [name, given] : self.options.gas.links) {
+      const std::string key = "gas_network.links." + name;
+      LinkOptions link = given;
+      link.from = full_name(objects, self, given.from, key + ".from");
+      link.to = full_name(objects, self, given.to, key + ".to");
+      for (std::size_t owner = 0; owner < objects.size(); ++owner) {
+        const std::string& object = objects[owner].name;
+        const bool is_of_none = object_at(link.from).empty() && object_at(link.to).empty();  // Its chambers say so.
+        const bool is_owner = object.empty() || object == object_at(link.from) || object == object_at(link.to);
+        if (!is_owner && !(is_of_none && owner == giver)) {
+          continue;
+        }
+        const auto [found, is_new] = of_objects[owner].try_emplace(name, link);
+        if (!is_new && !same(found->second, link)) {
+          throw Error(self.name + ": " + key + ": ends in " + object +
+                      ", where another link has this name, expected another one");
+        }
+      }
+    }
+  }
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    const std::string own = objects[i].name + ".";
+    for (auto& [name, link] : of_objects[i]) {
+      for (std::string* end : {&link.from, &link.to}) {
+        if (!objects[i].name.empty() && end->compare(0, own.size(), own) == 0) {
+          end->erase(0, own.size());
+        }
+      }
+    }
+    objects[i].options.gas.links = std::move(of_objects[i]);
+  }
+}
+
+}  // namespace world
+}  // namespace pellicle

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <algorithm>
+#include <deque>
+#include <string>
+#include <vector>
+
+#include "base/error.h"
+#include "contact/contact_options.h"
+#include "solvers/newton_options.h"
+#include "world/options.h"
+
+namespace pellicle {
+inline namespace world {
+
+/// The plan of a group: the objects of a run that are brought into balance together, because they touch each other or
+/// their chambers are linked, and how that is done. An object that does neither is a group of its own.
+struct GroupPlan {
+  std::vector<std::size_t> objects;  ///< which, by their places in the run
+  std::vector<std::string> names;    ///< of them
+  std::vector<bool> touches;         ///< whether they touch themselves and each other
+  ContactOptions contact;
+  NewtonOptions newton;
+
+  bool any_touches() const { return std::find(touches.begin(), touches.end(), true) != touches.end(); }
+  bool is_single() const { return objects.size() == 1; }
+  /// Says who touches whom, such as "cloth, ball: touch each other"; empty for a single object.
+  std::string words() const;
+};
+
+/// What follows from the objects of a run together: which links each of them has, and who touches whom. It is made
+/// once.
+struct RunPlan {
+  std::deque<NamedOptions> objects;  ///< with the links that join their chambers
+  std::vector<GroupPlan> groups;     ///< each object is in one of them
+
+  /// A line about each group of several objects.
+  std::vector<std::string> lines() const;
+};
+
+/// The plan of a run: objects with `contact.self` touch each other, and links join chambers of several.
+/// @throws Error, with the name of the object, on options that do not go together; when objects are to touch in
+/// different ways, are linked and balance forces at different times in a step, or cannot be brought into balance with
+/// others; and on links as share_links does
+RunPlan plan_run(std::deque<NamedOptions> objects);
+
+/// The plan of the group of a single object.
+GroupPlan plan_of(const std::string& name, const Options& options);
+
+/// Gives every link of a run to the objects whose chambers it joins, and to no others. An end is a chamber of the
+/// object in whose options the link is, or OBJECT.CHAMBER, or the ambient air; afterwards only ends in another object
+/// are written OBJECT.CHAMBER. A link at the top of a deck is a single link, however many objects it is given to.
+/// @throws Error that names object, link and key: an object that does not exist, links of one name that differ
+void share_links(std::deque<NamedOptions>& objects);
+
+/// "cloth: " of the name of an object, the beginning of a line; "" of one without a name.
+inline std::string heading_of(const std::string& object) { return object.empty() ? "" : object + ": "; }
+
+/// The key of an object in a deck: "objects.cloth"; "" of one without a name.
+inline std::string key_of(const std::string& object) { return object.empty() ? "" : "objects." + object; }
+
+/// Runs `work` on behalf of an object. @throws Error as `work` does, with the object's name before it
+/// @param heading see heading_of
+template <class Work>
+auto about_object(const std::string& heading, const Work& work) {
+  try {
+    return work();
+  } catch (const Error& error) {
+    throw Error(heading + error.what());
+  }
+}
+
+}  // namespace world
+}  // namespace pellicle

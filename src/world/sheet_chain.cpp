@@ -1,0 +1,162 @@
+#include "world/sheet_chain.h"
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+#include "ablation/ablation.h"
+#include "parallel/collective.h"
+#include "state/mesh_tables.h"
+#include "surface/compaction.h"
+#include "surface/shell.h"
+#include "world/fire_stages.h"
+#include "world/load_mesh.h"
+#include "world/renumbering.h"
+#include "world/sheet_motion.h"
+
+namespace pellicle {
+inline namespace world {
+
+namespace {
+
+const Sheet& sheet_of(const Surface& surface) { return static_cast<const Sheet&>(surface); }
+
+MovedSurface moved(LoadedSheet loaded) {
+  return {std::make_shared<Sheet>(std::move(loaded.sheet)), std::move(loaded.particles), std::move(loaded.cells)};
+}
+
+/// The table of the ids of a sheet in its group of a checkpoint.
+std::string ids_of(const std::string& group) { return group + "/mesh/first_lattice_id_and_end"; }
+
+}  // namespace
+
+std::vector<std::string> SheetChain::clock_names() const {
+  return {"heat", "combustion", "ablation", "external force", "projection", "velocity", "compaction", "output"};
+}
+
+std::vector<std::string> SheetChain::lines(const Surface& surface) const {
+  const Sheet& sheet = sheet_of(surface);
+  std::string springs = "springs:";
+  for (const Colour colour : all_colours) {
+    if (sheet.acts(colour)) {
+      springs += std::string(" ") + colour_names[static_cast<std::size_t>(colour)] + " " +
+                 std::to_string(sheet.of(colour).layout.global);
+    }
+  }
+  return {springs, partition_line(surface)};
+}
+
+std::shared_ptr<const Surface> SheetChain::make_surface(MPI_Comm comm, MeshRows rows) const {
+  return std::make_shared<Sheet>(make_sheet(comm, std::move(rows), shell_options(options_)));
+}
+
+std::shared_ptr<const Surface> SheetChain::read_surface(const Hdf5File& checkpoint, const std::string& group) const {
+  const std::vector<PetscInt> ids = checkpoint.read_all<PetscInt>(ids_of(group));
+  return std::make_shared<Sheet>(make_sheet(checkpoint.comm(), read_mesh(checkpoint, group + "/mesh"),
+                                            SheetIds{ids.at(0), ids.at(1)}, shell_options(options_))
+                                     .sheet);
+}
+
+void SheetChain::write_surface(Hdf5File& checkpoint, const std::string& group, const Surface& surface) const {
+  const Sheet& sheet = sheet_of(surface);
+  const std::vector<bool> all(static_cast<std::size_t>(sheet.elements.owned), true);
+  write_mesh(checkpoint, group + "/mesh", rows_of(sheet, all, {}, {}));
+  checkpoint.write_once<PetscInt>(ids_of(group), {sheet.first_lattice_id, sheet.id_end});
+}
+
+/// They are those of the lattice particles.
+std::vector<PetscInt> SheetChain::element_ids(const Surface& surface) const {
+  std::vector<PetscInt> ids;
+  for (const PetscInt lattice : surface.lattice) {
+    ids.push_back(surface.persistent_id[lattice]);
+  }
+  return ids;
+}
+
+MovedSurface SheetChain::split(const Surface& surface, const SplitCorners& corners, const Records& particles,
+                               const Records& copies, const Records& elements) const {
+  return moved(pellicle::split(sheet_of(surface), corners, particles, copies, elements, shell_options(options_)));
+}
+
+std::optional<MovedSurface> SheetChain::compact(const Surface& surface, const State& state) const {
+  std::vector<bool> kept = empty_cells(sheet_of(surface), state.burning->living);
+  kept.flip();
+  const auto left = sum_over_ranks(surface.comm(), static_cast<PetscInt>(std::count(kept.begin(), kept.end(), true)));
+  const PetscInt before = surface.elements.global;
+  if (static_cast<double>(before - left) <= options_.ablation.compact_fraction * static_cast<double>(before)) {
+    return {};
+  }
+  return moved(pellicle::compact(sheet_of(surface), kept, packed(state, Item::particle, surface.particles.owned),
+                                 packed(state, Item::cell, surface.elements.owned), shell_options(options_)));
+}
+
+std::optional<MovedSurface> SheetChain::spread(const Surface& surface, const State& state,
+                                               const std::vector<double>& load) const {
+  constexpr int interval = 50;  // steps
+  int ranks = 1;
+  MPI_Comm_size(surface.comm(), &ranks);
+  if (ranks == 1 || options_.sheet.partitioner != Partitioner::metis || state.step % interval != 0) {
+    return {};
+  }
+  const RankShares shares = shares_of_ranks(surface.comm(), std::accumulate(load.begin(), load.end(), 0.0));
+  if (shares.sum <= surface.elements.global || shares.imbalance <= options_.sheet.imbalance_limit) {
+    return {};
+  }
+  return moved(pellicle::spread(sheet_of(surface), load, packed(state, Item::particle, surface.particles.owned),
+                                packed(state, Item::cell, surface.elements.owned), shell_options(options_)));
+}
+
+std::unique_ptr<State> SheetChain::make_state(const Surface& surface, int chambers) const {
+  auto state = std::make_unique<State>(surface);
+  state->add_burning(surface);
+  state->add_springs(surface);
+  state->add_chambers(chambers);
+  if (gas_is_joined(options_)) {
+    state->add_gas(chambers, static_cast<int>(options_.gas.links.size()));
+  }
+  return state;
+}
+
+std::unique_ptr<State> SheetChain::initial_state(const Surface& surface) const {
+  const Chambers chambers(surface, options_.gas, options_.chambers);
+  std::unique_ptr<State> state = make_state(surface, chambers.count());
+  state->position.values() = perturbed_positions(sheet_of(surface), options_.sheet);
+  const Pins pins(surface, options_.pins);
+  pins.impose(state->position, 0);
+  state->pin = pins.numbers();
+  state->chamber = chambers.numbers();
+  if (state->gas != nullptr) {
+    *state->gas = chambers.first_exchange(chambers.volumes(state->position));
+  }
+  return state;
+}
+
+Stages SheetChain::make_stages(const Surface& surface, State& state, StageClock& clock, Textures& textures) const {
+  Stages stages;
+  std::unique_ptr<GasStage> gas;
+  if (!options_.chambers.empty()) {
+    gas = std::make_unique<GasStage>(surface, options_, state);
+  }
+  std::unique_ptr<SheetMotion> motion =
+      make_sheet_motion(sheet_of(surface), options_, state, clock, textures, gas.get());
+  SheetMotion& sheet_motion = *motion;
+  stages.gas = gas.get();
+  stages.motion = motion.get();
+  stages.add<HeatStage>(surface, options_, state, clock, textures);
+  stages.add<CombustionStage>(surface, options_, state, clock, textures);
+  stages.add<ShrinkageStage>(sheet_motion, clock);
+  stages.add<AblationStage>(surface, options_, state, clock);
+  if (gas != nullptr) {
+    stages.all.push_back(std::move(gas));
+  }
+  stages.all.push_back(std::move(motion));
+  if (cracks_of(options_).strength) {
+    stages.add<CrackStage>(surface, options_, state, clock, textures, sheet_motion);
+  }
+  stages.add<StrainStage>(state, sheet_motion);
+  stages.add<HeatBalanceStage>(surface, options_, state);
+  return stages;
+}
+
+}  // namespace world
+}  // namespace pellicle

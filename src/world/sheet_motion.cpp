@@ -1,0 +1,489 @@
+#include "world/sheet_motion.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "ablation/ablation.h"
+#include "ablation/drawn_shares.h"
+#include "elastic/sheet_springs.h"
+#include "equilibrium/time_scheme.h"
+#include "parallel/collective.h"
+#include "surface/one_layer.h"
+#include "world/projected_motion.h"
+#include "world/records.h"
+#include "world/spring_motion.h"
+
+namespace pellicle {
+inline namespace world {
+
+namespace {
+
+/// phi = (1 - e^{-x})/x, 1 at 0: mean of e^{-t} between 0 and x.
+double exact_share(double x) { return x > 0 ? -std::expm1(-x) / x : 1; }
+
+/// Square root of the undeformed area [m]. Collective.
+double size_of(const Sheet& sheet) {
+  const std::vector<double> areas = cell_areas(sheet);
+  double area = 0;
+  for (std::size_t cell = 0; cell < areas.size(); ++cell) {
+    area += sheet.lattice[cell] < sheet.particles.owned ? areas[cell] : 0;
+  }
+  return std::sqrt(sum_over_ranks(sheet.comm(), area));
+}
+
+/// (d - l)/l of the owned and ghost springs of a colour, d the present and l the target length; 0 of dead ones.
+std::vector<double> strains(const SpringSet& springs, const State& state, Colour colour) {
+  const auto index = static_cast<std::size_t>(colour);
+  std::vector<double> result(springs.ends.size());
+  for (std::size_t s = 0; s < springs.ends.size(); ++s) {
+    const auto& [a, b] = springs.ends[s];
+    if (state.burning->living.springs[index][s]) {
+      result[s] = (state.position.vector(a) - state.position.vector(b)).norm() / state.target_length[index][s] - 1;
+    }
+  }
+  return result;
+}
+
+/// Root mean square strain over the living springs of each local particle. Collective.
+std::vector<double> strains_of_particles(const Sheet& sheet, const State& state) {
+  Field sum(sheet.particles, 2);  // of squared strains, and how many
+  for (const Colour colour : all_colours) {
+    if (!sheet.acts(colour)) {
+      continue;
+    }
+    const std::vector<double> strain = strains(sheet.of(colour), state, colour);
+    const std::vector<bool>& lives = state.burning->living.springs[static_cast<std::size_t>(colour)];
+    for (PetscInt s = 0; s < sheet.of(colour).owned(); ++s) {
+      for (const PetscInt end : sheet.of(colour).ends[s]) {
+        if (lives[s]) {
+          sum.values().col(end) += Eigen::Vector2d(strain[s] * strain[s], 1);
+        }
+      }
+    }
+  }
+  sum.add_ghosts();
+  sum.update_ghosts();
+  std::vector<double> result;
+  for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
+    result.push_back(std::sqrt(sum.values()(0, i) / std::max(1.0, sum.values()(1, i))));
+  }
+  return result;
+}
+
+/// Draws the springs with their fields.
+void draw_springs(Picture& picture, const Sheet& sheet, const State& state, double loss_mass) {
+  const std::vector<double> level = level_set(sheet, state.burning->mass, loss_mass);
+  std::vector<double> strain;
+  std::vector<double> target_length;
+  std::vector<double> spring_states;
+  for (const Colour colour : all_colours) {
+    const SpringSet& set = sheet.of(colour);
+    const std::vector<double>& lengths = state.target_length[static_cast<std::size_t>(colour)];
+    const std::vector<double> of_colour = strains(set, state, colour);
+    strain.insert(strain.end(), of_colour.begin(), of_colour.begin() + set.owned());
+    target_length.insert(target_length.end(), lengths.begin(), lengths.begin() + set.owned());
+    for (PetscInt s = 0; s < set.owned(); ++s) {
+      const auto [a, b] = set.ends[s];
+      spring_states.push_back(static_cast<double>(spring_state(level[a], level[b])));
+    }
+  }
+  std::vector<double> mass_ratio;
+  for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
+    mass_ratio.push_back(state.burning->mass.data()[i] / sheet.initial_mass[i]);
+  }
+  picture.draw_springs(drawing_of_springs(sheet, state.burning->living));
+  const auto numbers = [](const Field& field) {
+    return std::vector<double>(field.data(), field.data() + field.values().size());
+  };
+  picture.add_on_spring_ends("temperature", numbers(state.burning->temperature));
+  picture.add_on_spring_ends("mass_ratio", std::move(mass_ratio));
+  picture.add_on_spring_ends("velocity", numbers(state.velocity), 3);
+  picture.add_on_spring_ends("strain", strains_of_particles(sheet, state));
+  picture.add_on_springs("strain", std::move(strain));
+  picture.add_on_springs("target_length", std::move(target_length));
+  picture.add_on_springs("state", std::move(spring_states));
+}
+
+}  // namespace
+
+SheetMotion::SheetMotion(const Sheet& sheet, const Options& options, State& state, StageClock& clock, GasStage* gas,
+                         double contact_stiffness)
+    : sheet_(sheet),
+      options_(options),
+      state_(state),
+      clock_(clock),
+      gas_(gas),
+      pins_(sheet, options.pins, state.pin),
+      pins_move_(
+          std::any_of(options.pins.begin(), options.pins.end(), [](const auto& pin) { return pin.second.moves(); })),
+      usual_stiffness_(contact_stiffness),
+      stiffness_(options.contact.stiffness.value_or(contact_stiffness)),
+      start_(sheet.particles, 3),
+      start_velocity_(sheet.particles, 3),
+      held_(pins_.pinned()),
+      mass_(sheet.initial_mass),
+      size_(options.time.tolerance > 0 ? size_of(sheet) : 0) {
+  if (balances_bodies(options) && !options.bodies.empty()) {
+    body_contact_ = std::make_unique<BodyContact>(sheet, options.bodies, options.contact, usual_stiffness_);
+  }
+  if (options.force.air.density > 0) {
+    air_.emplace(sheet, options.force.air);
+  }
+  if (cracks_of(options).strength) {
+    spring_stress_.emplace(sheet);
+  }
+}
+
+void SheetMotion::follow() { set_lengths(); }
+
+void SheetMotion::set_lengths() {
+  set_volume_ratios(volume_ratio_, sheet_, state_.burning->mass, options_.combustion);
+  set_target_lengths(state_.target_length, sheet_, volume_ratio_);
+}
+
+StageResult SheetMotion::begin(Step& step) {
+  h_ = step.h;
+  move_freely();
+  push_by_weights_of_gas();
+  unconstrained_ = state_.position.values();
+  return begin_balance(step);
+}
+
+/// To where velocities lead without springs, bodies and gas (eq. 8 and 9). Collective.
+void SheetMotion::move_freely() {
+  Field::Values x = state_.position.values();
+  Field::Values v = state_.velocity.values();
+  const Field& mass = state_.burning->mass;
+  start_.values() = x;
+  start_velocity_.values() = v;
+  held_ = pins_.pinned();
+  if (sheet_.layers == 1) {
+    mass_ = corner_masses(sheet_, mass);
+  } else {
+    mass_.assign(mass.data(), mass.data() + sheet_.particles.local());
+  }
+  const auto timer = clock_.time("external force");
+  if (air_) {
+    air_->begin_step({state_.position, state_.velocity, mass_, state_.living_triangles(), state_.time + h_});
+  }
+  // The exact step of m dv/dt = F - c m v by a constant force F: v e^{-ch} + h F phi/m, phi = (1 - e^{-ch})/(c h).
+  // With the mass m/phi in place of m every force of the step does so; a sheet at rest bears all of its weight.
+  // A step of statics ends at rest, and its weight is in the balance.
+  fading_ = is_static() ? 0 : velocity_damping(options_) * h_;
+  const double phi = exact_share(fading_);
+  std::for_each(mass_.begin(), mass_.end(), [phi](double& inertia) { inertia /= phi; });
+  if (is_static()) {
+    v.setZero();
+  } else {
+    v *= std::exp(-fading_);
+    v.colwise() += phi * h_ * options_.force.gravity;
+  }
+  for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
+    if (mass_[i] == 0) {
+      held_[i] = true;
+      v.col(i).setZero();
+    }
+  }
+  if (air_ && !drag_is_balanced_) {
+    air_->accelerate(state_.velocity, mass_, h_);
+  }
+  x += h_ * v;
+  pins_.impose(state_.position, state_.time + h_);
+  if (sheet_.layers == 1 && gas_ != nullptr) {
+    follow_corners(sheet_, state_.position);
+  }
+}
+
+/// Pushes the sheet by the weights of gas and air and by jets (Chambers::uneven_forces). Collective.
+void SheetMotion::push_by_weights_of_gas() {
+  if (gas_ == nullptr || gas_->uneven_forces() == nullptr) {
+    return;
+  }
+  Field force(sheet_.particles, 3);
+  force.values() = gas_->uneven_forces()->values();
+  if (sheet_.layers == 1) {
+    for (std::size_t cell = 0; cell < sheet_.cells.size(); ++cell) {
+      for (const PetscInt corner : sheet_.cells[cell]) {
+        force.vector(corner) += force.vector(sheet_.lattice[cell]) / 4;
+      }
+    }
+    force.update_ghosts();
+  }
+  uneven_ = force.values().leftCols(sheet_.particles.owned);
+  for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
+    if (!held_[i]) {
+      const Eigen::Vector3d push = h_ / mass_[i] * force.vector(i);
+      state_.velocity.vector(i) += push;
+      state_.position.vector(i) += h_ * push;
+    }
+  }
+  if (sheet_.layers == 1) {
+    follow_corners(sheet_, state_.position);
+  }
+}
+
+/// What bodies may press on in the step to come. Collective.
+void SheetMotion::begin_bodies(double h) {
+  if (body_contact_ != nullptr) {
+    body_contact_->set_surface(held_, state_.living_triangles());
+    body_contact_->begin_step(start_, state_.time + h, h);
+  }
+}
+
+/// Of a sheet with a part in the balance. Collective.
+StageResult SheetMotion::take_positions(const StepPart& part, Step& step) {
+  StageResult result;
+  step.motion_iterations += step.balance.linear_iterations;
+  step.newton_iterations = step.balance.newton_iterations;
+  step.force_residual = step.balance.over_tolerance * part.tolerance();
+  state_.position.values() = part.position().values();
+  if (body_contact_ != nullptr) {
+    step.contacts = body_contact_->contacts(state_.position);
+    result.reason = body_contact_->fault(state_.position);
+  }
+  for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
+    if (state_.burning->mass.data()[i] == 0) {  // What has left stays exactly where it was.
+      state_.position.vector(i) = start_.vector(i);
+    }
+  }
+  if (const std::optional<double> limit = options_.project.strain_limit; limit && result.reason.empty()) {
+    const NetStrain strain = net_strain();
+    result.reason = strain.largest <= *limit ? "" : beyond_limit(strain, *limit) + ": where all forces are in balance";
+  }
+  result.converged = result.reason.empty();
+  step.constraint_error =
+      constraint_errors(sheet_, state_.position, state_.target_length, state_.burning->living).total;
+  return result;
+}
+
+StageResult SheetMotion::take_balance(Step& step) {
+  const StageResult result = find_positions(step);
+  if (result.converged) {
+    add_work();
+  }
+  return result;
+}
+
+const Eigen::Matrix3Xd& SheetMotion::forces_of(const Potential& potential) {
+  work_.forces.setZero(3, sheet_.particles.owned);
+  potential.add_gradient(state_.position, work_.forces);
+  work_.forces *= -1;
+  return work_.forces;
+}
+
+/// Of the step, by the forces with which it has ended. To be called before the gas stage has ended. Collective.
+void SheetMotion::add_work() {
+  const PetscInt owned = sheet_.particles.owned;
+  const double phi = exact_share(fading_);
+  Eigen::Matrix3Xd& moved = work_.moved;
+  Eigen::Matrix3Xd& forces = work_.forces;
+  Eigen::Matrix3Xd& all = work_.all;
+  Eigen::VectorXd& works = work_.works;
+  moved = (state_.position.values() - start_.values()).leftCols(owned);
+  all.setZero(3, owned);
+  works.setZero(kinds_of_work);
+  const auto add = [&](Work kind, const Eigen::Matrix3Xd& added) {
+    of(works, kind) += added.cwiseProduct(moved).sum();
+    all += added;
+  };
+  const auto mass = [&](PetscInt i) { return phi * mass_[i]; };
+  const auto by_particle = [&](const auto& force) -> const Eigen::Matrix3Xd& {
+    forces.resize(3, owned);
+    for (PetscInt i = 0; i < owned; ++i) {
+      forces.col(i) = force(i);
+    }
+    return forces;
+  };
+  add(Work::gravity, by_particle([&](PetscInt i) -> Eigen::Vector3d { return mass(i) * options_.force.gravity; }));
+  if (fading_ > 0) {  // See move_freely.
+    add(Work::damping, by_particle([&](PetscInt i) -> Eigen::Vector3d {
+          const Eigen::Vector3d after = moved.col(i) / h_;
+          const Eigen::Vector3d before = start_velocity_.vector(i);
+          const double m = held_[i] ? 0 : mass(i) / h_;
+          return m * (after - before - (after - std::exp(-fading_) * before) / phi);
+        }));
+  }
+  if (air_) {
+    add(Work::air, by_particle([&](PetscInt i) -> Eigen::Vector3d {
+          const Eigen::Vector3d velocity = is_static() ? Eigen::Vector3d(0, 0, 0) : Eigen::Vector3d(moved.col(i) / h_);
+          return mass(i) > 0 ? Eigen::Vector3d(air_->push(i) - air_->resistance(i) * velocity)
+                             : Eigen::Vector3d::Zero();
+        }));
+  }
+  if (gas_ != nullptr) {
+    add(Work::pressure, gas_forces());
+  }
+  if (uneven_.cols() > 0) {
+    add(Work::pressure, uneven_);
+  }
+  if (body_contact_ != nullptr) {
+    add(Work::bodies, forces_of(*body_contact_));
+  }
+  // What moves pins does the work that no other force does on the particles that they hold.
+  if (pins_move_) {
+    add_spring_forces(all);
+    for (PetscInt i = 0; i < owned; ++i) {
+      if (pins_.pinned()[i]) {
+        const double inertial = is_static() ? 0 : mass(i);
+        const Eigen::Vector3d inertia = inertial / h_ * (moved.col(i) / h_ - start_velocity_.vector(i));
+        of(works, Work::pins) += (inertia - all.col(i)).dot(moved.col(i));
+      }
+    }
+  }
+  sum_over_ranks(sheet_.comm(), works);
+  of(works, Work::damping) += viscous_work();
+  state_.work += works;
+}
+
+StageResult SheetMotion::end(Step& step) {
+  StageResult result;
+  find_velocities(step);
+  if (const std::string fault = body_fault(step); !fault.empty()) {
+    const std::string of_start = start_fault();
+    result.reason = of_start.empty() ? fault : of_start;
+    result.converged = false;
+    return result;
+  }
+  return result;
+}
+
+/// From where the sheet is (eq. 13 and 15), and what bodies have felt. Collective.
+void SheetMotion::find_velocities(Step& step) {
+  const auto timer = clock_.time("velocity");
+  const Field::Values x = state_.position.values();
+  Field::Values v = state_.velocity.values();
+  if (is_static()) {
+    v.setZero();
+    leave_bodies(step);
+    return;
+  }
+  v += (x - unconstrained_) / h_;
+  for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
+    if (held_[i]) {
+      v.col(i) = (x.col(i) - start_.values().col(i)) / h_;
+    }
+  }
+  if (options_.time.tolerance > 0) {
+    step.error = error();
+  }
+  leave_bodies(step);
+  if (sheet_.layers == 1) {
+    follow_corners(sheet_, state_.position);
+    follow_corners(sheet_, state_.velocity);
+  }
+}
+
+void SheetMotion::leave_bodies(Step& step) {
+  if (body_contact_ == nullptr) {
+    return;
+  }
+  step.loads = body_contact_->loads(state_.position);
+  if (!is_static()) {
+    const double before = kinetic_energy();
+    body_contact_->rebound(state_.position, start_velocity_, mass_, state_.velocity, step.loads);
+    of(state_.work, Work::bodies) += kinetic_energy() - before;
+  }
+}
+
+/// Collective. [J]
+double SheetMotion::kinetic_energy() const {
+  double sum = 0;
+  for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
+    sum += state_.burning->mass.data()[i] / 2 * state_.velocity.vector(i).squaredNorm();
+  }
+  return sum_over_ranks(sheet_.comm(), sum);
+}
+
+/// Estimated error of the step as a share of the sheet's size: the largest TimeIntegrator::error, by implicit Euler, of
+/// the particles that nothing holds. Collective.
+double SheetMotion::error() const {
+  double error = 0;
+  for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
+    if (!held_[i] && mass_[i] > 0) {
+      const Kinematics before{start_velocity_.vector(i), Eigen::Vector3d::Zero()};
+      const Kinematics after{state_.velocity.vector(i), Eigen::Vector3d::Zero()};
+      error = std::max(error, TimeIntegrator().error(h_, before, after));
+    }
+  }
+  return max_over_ranks(sheet_.comm(), error) / size_;
+}
+
+NetStrain SheetMotion::net_strain() const {
+  return surface::net_strain(sheet_, state_.position, state_.target_length, state_.burning->living);
+}
+
+std::string SheetMotion::progress(const Step& step) const { return fmt::format("|C| {:.3e} m", step.constraint_error); }
+
+void SheetMotion::report(Report& report, const Step& step) const {
+  report.add("constraint_error", "m", step.constraint_error);
+  report.add("contacts", "", static_cast<double>(sum_over_ranks(sheet_.comm(), step.contacts)));
+  report.add("projection_iterations", "", step.motion_iterations);
+  report.add("newton_iterations", "", step.newton_iterations);
+  report.add("force_residual", "", step.force_residual);
+}
+
+void SheetMotion::draw(Picture& picture) const {
+  picture.add_on_particles("strain", strains_of_particles(sheet_, state_));
+  const DrawnShares shares(sheet_, state_.burning->living, *picture.drawn(), state_.position);
+  Field heat(sheet_.particles, 1);
+  heat.values() =
+      options_.heat.capacity * state_.burning->mass.values().cwiseProduct(state_.burning->temperature.values());
+  picture.add_on_cells("areal_density", shares.density(state_.burning->mass));
+  picture.add_on_cells("heat_density", shares.density(heat));
+  if (options_.output.springs) {
+    draw_springs(picture, sheet_, state_, options_.ablation.loss_mass);
+  }
+}
+
+StageResult StrainStage::end(Step& step) {
+  step.strain = motion_.net_strain();
+  if (step.strain->largest > StrainRecord(state_.record).strain) {
+    StrainRecord record;
+    record.strain = step.strain->largest;
+    record.place = step.strain->place;
+    record.time = state_.time + step.h;
+    state_.record = record.numbers();
+  }
+  return {};
+}
+
+void StrainStage::report(Report& report, const Step& step) const {
+  const NetStrain net = step.strain ? *step.strain : motion_.net_strain();
+  for (std::size_t colour = 0; colour < 4; ++colour) {
+    report.add(std::string("strain_max_") + colour_names[colour], "", net.largest_of[colour]);
+    report.add(std::string("strain_rms_") + colour_names[colour], "", net.rms_of[colour]);
+  }
+  report.add("largest_strain", "", net.largest);
+  report.add("largest_strain_id_1", "", static_cast<double>(net.ids[0]));
+  report.add("largest_strain_id_2", "", static_cast<double>(net.ids[1]));
+  report.add("largest_strain_x", "m", net.place[0]);
+  report.add("largest_strain_y", "m", net.place[1]);
+  report.add("largest_strain_z", "m", net.place[2]);
+  report.add("mean_strain", "", net.mean);
+}
+
+std::vector<std::string> StrainStage::remarks() const {
+  const StrainRecord record(state_.record);
+  return record.strain >= 0
+             ? std::vector<std::string>{"largest strain of the net: " + words_of(record.strain, record.place) + ", " +
+                                        time_text(record.time)}
+             : std::vector<std::string>();
+}
+
+std::unique_ptr<SheetMotion> make_sheet_motion(const Sheet& sheet, const Options& options, State& state,
+                                               StageClock& clock, Textures& textures, GasStage* gas) {
+  switch (options.dynamics) {
+    case Dynamics::elastic:
+      return std::make_unique<ElasticMotion>(sheet, options, state, clock, textures, gas);
+    case Dynamics::spring:
+      return std::make_unique<SpringMotion>(sheet, options, state, clock, gas);
+    default:
+      return std::make_unique<ProjectedMotion>(sheet, options, state, clock, textures, gas);
+  }
+}
+
+}  // namespace world
+}  // namespace pellicle

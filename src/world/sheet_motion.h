@@ -1,0 +1,155 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "ablation/spring_stress.h"
+#include "air/drag_potential.h"
+#include "base/stage_clock.h"
+#include "constraints/pins.h"
+#include "contact/body_contact.h"
+#include "surface/net_strain.h"
+#include "surface/sheet.h"
+#include "world/gas_stage.h"
+#include "world/options.h"
+#include "world/stage.h"
+#include "world/state.h"
+
+namespace pellicle {
+inline namespace world {
+
+/// The motion of a sheet in a step of implicit Euler: external force (burning paper, eq. 8 and 9), then springs, bodies
+/// and gas by a balance or a projection, then velocities (eq. 13 and 15). Masses and target lengths follow what has
+/// burnt.
+class SheetMotion : public MotionStage {
+ public:
+  void follow() override;
+  StageResult begin(Step& step) override;
+  StageResult take_balance(Step& step) override;
+  StageResult end(Step& step) override;
+  void report(Report& report, const Step& step) const override;
+  void draw(Picture& picture) const override;
+
+  /// Sets the target lengths from what has burnt (burning paper, eq. 5 and 6). Not collective.
+  virtual void set_lengths();
+  /// Strains of the sheet as it is now. Collective.
+  virtual NetStrain net_strain() const;
+  std::string stage() const override { return "projection"; }
+  const double* mass() const override { return state_.burning->mass.data(); }
+  const std::vector<bool>& pinned() const override { return pins_.pinned(); }
+  std::string progress(const Step& step) const override;
+  ContactSurface::Part contact_part() const override { return {&sheet_, options_.contact.thickness, stiffness_}; }
+  const std::vector<bool>* living() const override { return state_.living_triangles(); }
+  std::vector<bool> held() const override { return held_; }
+
+ protected:
+  /// @param contact_stiffness of contact in steps of the deck's length, unless the deck has one [Pa/m]
+  /// @param gas of the sheet; null: it has no chambers
+  SheetMotion(const Sheet& sheet, const Options& options, State& state, StageClock& clock, GasStage* gas,
+              double contact_stiffness);
+
+  /// From the free positions in the state to what is brought into balance.
+  virtual StageResult begin_balance(Step& step) = 0;
+  /// Positions and figures from the balance.
+  virtual StageResult find_positions(Step& step) = 0;
+  /// Forces of gas at the end of the step on the owned particles [N]; empty: there are none.
+  virtual Eigen::Matrix3Xd gas_forces() = 0;
+  /// Adds forces of the springs on the owned particles [N].
+  virtual void add_spring_forces(Eigen::Matrix3Xd& sum) = 0;
+  /// Work of viscosity in the step [J].
+  virtual double viscous_work() const { return 0; }
+  /// Velocities at bodies, and loads of the bodies.
+  virtual void leave_bodies(Step& step);
+  /// In words, a body that the sheet is too deep in; empty: none.
+  virtual std::string body_fault(const Step& step) const = 0;
+  /// Whether each step ends at rest.
+  virtual bool is_static() const { return false; }
+
+  double kinetic_energy() const;
+  void begin_bodies(double h);
+  StageResult take_positions(const StepPart& part, Step& step);
+  /// Forces of a potential on the owned particles, kept until the next call [N].
+  const Eigen::Matrix3Xd& forces_of(const Potential& potential);
+
+  const Sheet& sheet_;
+  const Options& options_;
+  State& state_;
+  StageClock& clock_;
+  GasStage* gas_;
+  Pins pins_;
+  bool pins_move_;                             ///< some are led along paths
+  std::unique_ptr<BodyContact> body_contact_;  ///< bodies whose pressing is brought into balance; null: there are none
+  std::optional<AirDrag> air_;                 ///< if there is air
+  bool drag_is_balanced_ = false;              ///< whether the drag of the air is a part of the balance
+  std::optional<SpringStress> spring_stress_;  ///< if the sheet can crack
+  double usual_stiffness_;                     ///< of contact in steps of the deck's length [Pa/m]
+  double stiffness_;                           ///< of contact in the present step [Pa/m]
+  // Of the local particles in the present step.
+  Field start_;                       ///< positions at the beginning [m]
+  Field start_velocity_;              ///< [m/s]
+  Eigen::Matrix3Xd unconstrained_;    ///< positions without springs and bodies [m]
+  std::vector<bool> held_;            ///< those that are pinned or have left
+  std::vector<double> mass_;          ///< inertia, with damping: see move_freely [kg]
+  std::vector<double> volume_ratio_;  ///< see set_volume_ratios
+  double fading_ = 0;                 ///< c h of velocities, see move_freely
+  double h_ = 0;                      ///< length of the step [s]
+
+ private:
+  void move_freely();
+  void push_by_weights_of_gas();
+  void add_work();
+  void find_velocities(Step& step);
+  double error() const;
+
+  Eigen::Matrix3Xd uneven_;  ///< forces of the weights of gas and air, and of jets, if there are any [N]
+  double size_;              ///< square root of the undeformed area, with time.tolerance [m]
+  /// Arrays over the owned particles that add_work uses. They are kept so that a step allocates nothing.
+  struct {
+    Eigen::Matrix3Xd moved;   ///< in the step [m]
+    Eigen::Matrix3Xd forces;  ///< of one kind [N]
+    Eigen::Matrix3Xd all;     ///< their sum [N]
+    Eigen::VectorXd works;    ///< on this rank, then on all [J]
+  } work_;
+};
+
+/// Shrinkage of a sheet where it has lost mass, before anything is removed from it.
+class ShrinkageStage : public Stage {
+ public:
+  /// Motion and clock must outlive it.
+  ShrinkageStage(SheetMotion& motion, StageClock& clock) : motion_(motion), clock_(clock) {}
+
+  StageResult begin(Step& /*step*/) override {
+    const auto timer = clock_.time("combustion");
+    motion_.set_lengths();
+    return {};
+  }
+
+ private:
+  SheetMotion& motion_;
+  StageClock& clock_;
+};
+
+/// The strains of a sheet at the end of each step, when cracks have been made, and the largest of all steps.
+class StrainStage : public Stage {
+ public:
+  /// State and motion must outlive it.
+  StrainStage(State& state, const SheetMotion& motion) : state_(state), motion_(motion) {}
+
+  StageResult end(Step& step) override;
+  void report(Report& report, const Step& step) const override;
+  std::vector<std::string> remarks() const override;
+
+ private:
+  State& state_;
+  const SheetMotion& motion_;
+};
+
+/// Makes the motion that `dynamics` asks for. Collective. @throws Error on textures and other input
+std::unique_ptr<SheetMotion> make_sheet_motion(const Sheet& sheet, const Options& options, State& state,
+                                               StageClock& clock, Textures& textures, GasStage* gas);
+
+}  // namespace world
+}  // namespace pellicle

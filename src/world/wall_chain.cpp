@@ -1,0 +1,135 @@
+#include "world/wall_chain.h"
+
+#include <utility>
+
+#include "constraints/point_loads.h"
+#include "state/mesh_tables.h"
+#include "surface/compaction.h"
+#include "surface/membrane.h"
+#include "surface/membrane_geometry.h"
+#include "world/fire_stages.h"
+#include "world/load_mesh.h"
+#include "world/wall_motion.h"
+
+namespace pellicle {
+inline namespace world {
+
+namespace {
+
+const Membrane& membrane_of(const Surface& surface) { return static_cast<const Membrane&>(surface); }
+
+/// The membrane with the masses of its wall and its edges, if it burns. Collective.
+std::shared_ptr<const Surface> burnable(Membrane membrane, const Options& options) {
+  auto made = std::make_shared<Membrane>(std::move(membrane));
+  if (balloon_burns(options)) {
+    Textures textures(made->comm());
+    const Wall wall = wall_of(*made, options, textures);
+    std::vector<double> mass;
+    for (std::size_t e = 0; e < wall.rest.size(); ++e) {
+      mass.push_back(wall.density[e] * wall.rest[e].volume);
+    }
+    set_burnable(*made, std::move(mass));
+  }
+  return made;
+}
+
+}  // namespace
+
+std::vector<std::string> WallChain::clock_names() const {
+  if (balloon_burns(options_)) {
+    return {"heat", "combustion", "ablation", "implicit step", "velocity", "output"};
+  }
+  return {"implicit step", "volume preservation", "velocity", "output"};
+}
+
+std::vector<std::string> WallChain::lines(const Surface& surface) const { return {partition_line(surface)}; }
+
+std::shared_ptr<const Surface> WallChain::make_surface(MPI_Comm comm, MeshRows rows) const {
+  return burnable(make_membrane(comm, std::move(rows), options_.sheet).membrane, options_);
+}
+
+std::shared_ptr<const Surface> WallChain::read_surface(const Hdf5File& checkpoint, const std::string& group) const {
+  return make_surface(checkpoint.comm(), read_mesh(checkpoint, group + "/mesh"));
+}
+
+void WallChain::write_surface(Hdf5File& checkpoint, const std::string& group, const Surface& surface) const {
+  write_mesh(checkpoint, group + "/mesh", rows_of(membrane_of(surface), {}, {}));
+}
+
+std::vector<PetscInt> WallChain::element_ids(const Surface& surface) const { return surface.element_id; }
+
+MovedSurface WallChain::split(const Surface& surface, const SplitCorners& corners, const Records& particles,
+                              const Records& copies, const Records& elements) const {
+  LoadedMembrane loaded = pellicle::split(membrane_of(surface), corners, particles, copies, elements, options_.sheet);
+  return {burnable(std::move(loaded.membrane), options_), std::move(loaded.particles), std::move(loaded.elements)};
+}
+
+std::unique_ptr<State> WallChain::make_state(const Surface& surface, int chambers) const {
+  auto state = std::make_unique<State>(surface);
+  state->add_wall();
+  state->add_chambers(chambers);
+  if (balloon_burns(options_)) {
+    state->add_burning(surface);
+  }
+  if (const std::size_t loads = options_.attachments.size() + options_.forces.size(); loads > 0) {
+    state->add_loads(static_cast<int>(loads));
+  }
+  if (options_.time.scheme == TimeScheme::generalized_alpha) {
+    state->add_acceleration();
+  }
+  if (options_.time.arc_length) {
+    state->add_path();
+  }
+  if (gas_is_joined(options_)) {
+    state->add_gas(chambers, static_cast<int>(options_.gas.links.size()));
+  }
+  return state;
+}
+
+std::unique_ptr<State> WallChain::initial_state(const Surface& surface) const {
+  const Membrane& membrane = membrane_of(surface);
+  const WallSupports supports(membrane, options_, nullptr);
+  const Projectors& projectors = supports.constraints.projectors();
+  const Chambers chambers(membrane, options_.gas, options_.chambers, supports.constraints.origin(),
+                          supports.constraints.planes(), projectors);
+  std::unique_ptr<State> state = make_state(surface, chambers.count());
+  const Eigen::Matrix3Xd noise = perturbed_positions(membrane, options_.sheet) - membrane.rest;
+  for (Eigen::Index i = 0; i < noise.cols(); ++i) {
+    state->position.vector(i) += projectors[i] * noise.col(i);
+  }
+  supports.pins.impose(state->position, 0);
+  state->pin = supports.pins.numbers();
+  state->chamber = chambers.numbers();
+  if (state->gas != nullptr) {
+    *state->gas = chambers.first_exchange(chambers.volumes(state->position));
+  }
+  if (state->loads != nullptr) {
+    *state->loads = PointLoads(membrane, vertex_areas(membrane), options_.attachments, options_.forces).chosen();
+  }
+  return state;
+}
+
+Stages WallChain::make_stages(const Surface& surface, State& state, StageClock& clock, Textures& textures) const {
+  const Membrane& membrane = membrane_of(surface);
+  const auto supports = std::make_shared<WallSupports>(membrane, options_, &state);
+  Stages stages;
+  stages.shared = supports;
+  if (state.burning) {
+    stages.add<HeatStage>(surface, options_, state, clock, textures);
+    stages.add<CombustionStage>(surface, options_, state, clock, textures);
+    stages.add<AblationStage>(surface, options_, state, clock);
+  }
+  stages.gas = &stages.add<GasStage>(surface, options_, state, integrator_of(options_.time),
+                                     supports->constraints.origin(), supports->constraints.planes());
+  stages.motion = &stages.add<WallMotion>(membrane, options_, state, clock, textures, *supports, *stages.gas);
+  if (state.burning) {
+    if (cracks_of(options_).strength) {
+      stages.add<CrackStage>(surface, options_, state, clock, textures, *stages.motion);
+    }
+    stages.add<HeatBalanceStage>(surface, options_, state);
+  }
+  return stages;
+}
+
+}  // namespace world
+}  // namespace pellicle

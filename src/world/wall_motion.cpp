@@ -1,0 +1,465 @@
+#include "world/wall_motion.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "base/error.h"
+#include "combustion/combustion.h"
+#include "parallel/collective.h"
+#include "solvers/vertex_potential.h"
+#include "surface/membrane_geometry.h"
+#include "world/records.h"
+
+namespace pellicle {
+inline namespace world {
+
+namespace {
+
+/// Of contact, with the wall's means [Pa/m]. Collective.
+double stiffness_of_contact(const Membrane& membrane, const Wall& wall, const Options& options) {
+  std::array<double, 3> sums{};  // of area, of mass, of 6 mu h, the tension of rubber that is drawn out far
+  for (PetscInt e = 0; e < membrane.elements.owned; ++e) {
+    const double area = wall.rest[e].area;
+    sums[0] += area;
+    sums[1] += area * wall.thickness[e] * wall.density[e];
+    sums[2] += area * wall.thickness[e] * 6 * small_strain_moduli(wall.material_of(e)).shear;
+  }
+  sums = sum_over_ranks(membrane.comm(), sums);
+  const bool is_static = options.time.scheme == TimeScheme::statics || !options.prism.inertia;
+  return usual_contact_stiffness(membrane, sums[2] / sums[0], is_static ? 0 : sums[1] / sums[0], options.time.step);
+}
+
+double area_of(const double* positions, const std::array<PetscInt, 3>& triangle) {
+  const auto [e12, e13] = edges_of(positions, triangle);
+  return e12.cross(e13).norm() / 2;
+}
+
+}  // namespace
+
+WallSupports::WallSupports(const Membrane& membrane, const Options& options, const State* state)
+    : pins(state == nullptr ? Pins(membrane, options.pins) : Pins(membrane, options.pins, state->pin)),
+      constraints(membrane, options.symmetry, pins) {}
+
+Wall wall_of(const Membrane& membrane, const Options& options, Textures& textures) {
+  return make_wall(membrane, options.wall,
+                   textures.values(membrane.element_uv, "wall.thickness_texture", options.wall.thickness_texture));
+}
+
+TimeIntegrator integrator_of(const TimeOptions& time) {
+  switch (time.scheme) {
+    case TimeScheme::generalized_alpha:
+      return TimeIntegrator::generalized_alpha(time.spectral_radius);
+    case TimeScheme::statics:
+      return TimeIntegrator::statics(time.arc_length);
+    default:
+      return time.arc_length ? TimeIntegrator::statics(time.arc_length) : TimeIntegrator();
+  }
+}
+
+WallMotion::WallMotion(const Membrane& membrane, const Options& options, State& state, StageClock& clock,
+                       Textures& textures, WallSupports& supports, GasStage& gas)
+    : membrane_(membrane),
+      options_(options),
+      state_(state),
+      clock_(clock),
+      supports_(supports),
+      gas_(gas),
+      wall_(wall_of(membrane, options, textures)),
+      mass_(vertex_masses(membrane, wall_)),
+      elements_(membrane, wall_),
+      integrator_(integrator_of(options.time)),
+      loads_(membrane, vertex_areas(membrane), options.attachments, options.forces, state.loads),
+      usual_stiffness_(stiffness_of_contact(membrane, wall_, options)),
+      bodies_(membrane, options.bodies, options.contact, usual_stiffness_),
+      start_(membrane.particles, 3),
+      start_velocity_(membrane.particles, 3) {
+  if (state.burning) {
+    hold_ = make_vertex_potential(membrane.particles, [this](PetscInt i, const Eigen::Vector3d& x) {
+      PointPotential hold;
+      const auto vertex = static_cast<std::size_t>(i);
+      if (mass_[vertex] == 0) {  // As if it had its mass and no velocity.
+        const double stiffness = membrane_.initial_mass[vertex] / (h_ * h_);
+        const Eigen::Vector3d away = x - start_.vector(i);
+        hold = {stiffness / 2 * away.squaredNorm(), stiffness * away, stiffness * Eigen::Matrix3d::Identity()};
+      }
+      return hold;
+    });
+  }
+  if (options.force.air.density > 0) {
+    air_.emplace(membrane, options.force.air);
+    drag_ = make_drag_potential(
+        membrane.particles, *air_, start_, [this] { return potential_->rate(); },
+        [this](PetscInt i) { return potential_->still(i); });
+  }
+  if (gas.uneven_forces() != nullptr) {
+    weight_of_gas_ = make_vertex_potential(membrane.particles, [this](PetscInt i, const Eigen::Vector3d& x) {
+      const Eigen::Vector3d force = gas_.uneven_forces()->vector(i);
+      return PointPotential{-force.dot(x - start_.vector(i)), -force};
+    });
+  }
+  const Projectors& projectors = supports.constraints.projectors();
+  if (options.wall.bends()) {
+    bending_.emplace(elements_, projectors, supports.pins.clamped());
+  }
+  // It is made for the wall as it was, whatever has happened to it.
+  elements_.set_burnt({}, {});
+  BalloonModel model{elements_, gas.chambers(),        gas.step(),         supports.constraints, supports.pins, loads_,
+                     mass_,     options.force.gravity, options.gas.tangent};
+  if (bending_) {
+    model.others.push_back(&*bending_);
+  }
+  for (Potential* potential : {hold_.get(), drag_.get(), weight_of_gas_.get()}) {
+    if (potential != nullptr) {
+      model.others.push_back(potential);
+    }
+  }
+  if (!bodies_.empty()) {
+    model.bodies = &bodies_;
+  }
+  potential_.emplace(model, options.prism, integrator_);
+  gas.set_filled(*potential_);
+  if (wall_.preserve_volume) {
+    volume_preservation_ = std::make_unique<VolumePreservation>(membrane, wall_, projectors, options.volume);
+  }
+  for (PetscInt e = 0; e < membrane.elements.owned; ++e) {
+    rubber_volume_ += wall_.rest[e].volume;
+  }
+  rubber_volume_ = sum_over_ranks(membrane.comm(), rubber_volume_);
+}
+
+std::vector<bool> WallMotion::held() const {
+  const Projectors& projectors = supports_.constraints.projectors();
+  std::vector<bool> held(projectors.size(), false);
+  for (const PetscInt i : projectors.bound()) {
+    held[i] = true;
+  }
+  return held;
+}
+
+void WallMotion::start() {
+  elements_.update_thickness(state_.position, state_.thickness_ratio);
+  set_pressures(state_.time_of_loads());
+}
+
+void WallMotion::follow() { set_burnt(); }
+
+StageResult WallMotion::begin(Step& step) {
+  h_ = step.h;
+  if (state_.burning) {
+    for (PetscInt i = 0; i < membrane_.particles.local(); ++i) {
+      if (has_left(i)) {
+        state_.velocity.vector(i).setZero();
+      }
+    }
+    set_burnt();
+  }
+  start_.values() = state_.position.values();
+  start_velocity_.values() = state_.velocity.values();
+  const auto timer = clock_.time("implicit step");
+  if (bending_) {
+    bending_->begin_step(state_.position, state_.thickness_ratio);
+  }
+  std::vector<bool> still = pinned();
+  for (std::size_t i = 0; i < still.size(); ++i) {
+    still[i] = still[i] || has_left(static_cast<PetscInt>(i));
+  }
+  bodies_.set_surface(still, state_.living_triangles());
+  begin_acceleration();
+  set_drag(integrator_.share());
+  potential_->begin_step(state_.position, state_.pressure, start_of_step());
+  return {};
+}
+
+StepStart WallMotion::start_of_step() const {
+  return {state_.velocity, state_.thickness_ratio, state_.time_of_loads(), h_, state_.acceleration, state_.direction};
+}
+
+/// The accelerations from which the first step goes on, if they count. Collective.
+void WallMotion::begin_acceleration() {
+  if (state_.acceleration == nullptr || state_.step > 0) {
+    return;
+  }
+  state_.acceleration->values().setZero();
+  set_drag(0);
+  const double share_of_step = std::exchange(gas_.step().h, 0);
+  const Eigen::Matrix3Xd acceleration = potential_->acceleration(state_.position, start_of_step());
+  state_.acceleration->values().leftCols(acceleration.cols()) = acceleration;
+  state_.acceleration->update_ghosts();
+  gas_.step().h = share_of_step;
+}
+
+/// The air's drag in the step to come. Collective. @param share of the step at which forces are in balance
+void WallMotion::set_drag(double share) {
+  if (!air_) {
+    return;
+  }
+  if (!integrator_.is_second_order()) {
+    air_->begin_step({state_.position, state_.velocity, {}, state_.living_triangles(), state_.time + h_});
+    return;
+  }
+  Field position(membrane_.particles, 3);
+  Field velocity(membrane_.particles, 3);
+  position.values() = state_.position.values() + share * h_ * state_.velocity.values();
+  velocity.values() = state_.velocity.values() + share * h_ * state_.acceleration->values();
+  air_->begin_step({position, velocity, {}, nullptr, state_.time + share * h_});
+}
+
+StageResult WallMotion::take_balance(Step& step) {
+  const auto timer = clock_.time("implicit step");
+  StageResult result;
+  step.newton_iterations = step.balance.newton_iterations;
+  step.motion_iterations = step.balance.linear_iterations;
+  result.reason = potential_->end_step(state_.position, state_.pressure);
+  if (result.reason.empty()) {
+    result.reason = bodies_.fault(potential_->position());
+    step.loads = bodies_.loads(potential_->position());
+  }
+  result.converged = result.reason.empty();
+  if (!result.converged) {
+    const std::string fault = start_fault();
+    result.reason = fault.empty() ? result.reason : fault;
+    return result;
+  }
+  for (PetscInt i = 0; i < membrane_.particles.local(); ++i) {
+    if (has_left(i)) {  // What has left stays exactly where it was, whatever pulls at it.
+      state_.position.vector(i) = start_.vector(i);
+    }
+  }
+  elements_.update_thickness(state_.position, state_.thickness_ratio);
+  add_work();
+  return result;
+}
+
+/// Of the step, by the forces with which it is in balance. Collective.
+void WallMotion::add_work() {
+  const StepWork work = potential_->work(state_.position, start_velocity_);
+  std::array<double, 2> of_others{
+      drag_ != nullptr ? potential_->work_of(*drag_, state_.position) : 0,
+      weight_of_gas_ != nullptr ? potential_->work_of(*weight_of_gas_, state_.position) : 0};
+  of_others = sum_over_ranks(membrane_.comm(), of_others);
+  of(state_.work, Work::gravity) += work.gravity;
+  of(state_.work, Work::damping) += work.damping;
+  of(state_.work, Work::pins) += work.pins;
+  of(state_.work, Work::pressure) += work.pressure + of_others[1];
+  of(state_.work, Work::bodies) += work.bodies;
+  of(state_.work, Work::air) += of_others[0];
+  of(state_.work, Work::loads) += work.loads;
+}
+
+StageResult WallMotion::end(Step& step) {
+  if (volume_preservation_ != nullptr) {
+    const auto timer = clock_.time("volume preservation");
+    const StageResult preserved = volume_preservation_->advance(state_.position, state_.thickness_ratio);
+    if (!preserved.converged) {
+      return preserved;
+    }
+  }
+  {
+    const auto timer = clock_.time("velocity");
+    if (integrator_.arc_length()) {
+      *state_.load_time = potential_->time();
+      potential_->write_direction(state_.position, *state_.direction);
+    }
+    set_pressures(state_.load_time != nullptr ? *state_.load_time : state_.time + h_);
+    step.error = max_over_ranks(membrane_.comm(), find_velocities() / potential_->length_scale());
+    step.inverted = sum_over_ranks(membrane_.comm(), elements_.inverted(start_, state_.position));
+  }
+  if (bodies_.rebounds() && options_.time.scheme == TimeScheme::implicit_euler) {
+    const double before = kinetic_energy();
+    bodies_.rebound(state_.position, start_velocity_, mass_, state_.velocity, step.loads);
+    of(state_.work, Work::bodies) += kinetic_energy() - before;
+  }
+  StepRecord record(state_.record);
+  const double number = static_cast<double>(state_.step + 1);
+  record.last_residual = step.balance.relative_residual;
+  if (step.balance.is_above_tolerance) {
+    ++record.above_tolerance;
+    if (step.balance.relative_residual > record.worst_residual) {
+      record.worst_residual = step.balance.relative_residual;
+      record.worst_step = number;
+    }
+  }
+  if (step.balance.concave_iterations > 0 && ++record.concave_steps == 1) {
+    record.first_concave_step = number;
+  }
+  if (step.balance.is_factorised && ++record.factorised_steps == 1) {
+    step.news.push_back(fmt::format("step {}: the tangent is factorised (prism.factor)", number));
+  }
+  state_.record = record.numbers();
+  return {};
+}
+
+/// Velocities, and accelerations if they count, from the positions before and after the step. @returns the largest
+/// error of this rank's vertices [m]
+double WallMotion::find_velocities() {
+  const StepStart start = start_of_step();
+  double error = 0;
+  for (PetscInt i = 0; i < membrane_.particles.local(); ++i) {
+    const Eigen::Vector3d displacement = state_.position.vector(i) - start_.vector(i);
+    const Kinematics before = start.motion(i);
+    Kinematics after = integrator_.end(h_, displacement, before);
+    if (integrator_.is_second_order() && pinned()[i]) {
+      after = {displacement / h_, Eigen::Vector3d::Zero()};  // They move evenly in each step.
+    }
+    error = std::max(error, integrator_.error(h_, before, after));
+    state_.velocity.vector(i) = after.velocity;
+    if (state_.acceleration != nullptr) {
+      state_.acceleration->vector(i) = after.acceleration;
+    }
+  }
+  return error;
+}
+
+/// Collective. [J]
+double WallMotion::kinetic_energy() const {
+  double sum = 0;
+  for (PetscInt i = 0; i < membrane_.particles.owned; ++i) {
+    sum += mass_[i] / 2 * state_.velocity.vector(i).squaredNorm();
+  }
+  return sum_over_ranks(membrane_.comm(), sum);
+}
+
+/// Sets mass and stiffness of the wall from what has burnt.
+void WallMotion::set_burnt() {
+  if (!state_.burning) {
+    return;
+  }
+  const BurningFields& fields = *state_.burning;
+  std::copy_n(fields.mass.data(), mass_.size(), mass_.begin());
+  const CombustionOptions& combustion = options_.combustion;
+  std::vector<double> stiffness;
+  std::vector<double> length;
+  for (std::size_t e = 0; e < membrane_.triangles.size(); ++e) {
+    double ratio = 0;
+    double temperature = 0;
+    for (const PetscInt vertex : membrane_.triangles[e]) {
+      const double mass = fields.mass.data()[vertex];
+      ratio += (mass > 0 ? mass / membrane_.initial_mass[vertex] : combustion.min_mass) / 3;
+      temperature += fields.temperature.data()[vertex] / 3;
+    }
+    const double char_stiffness = 1 + (combustion.char_stiffness - 1) * burnt_share(ratio, combustion);
+    const std::optional<double> reference = options_.wall.reference_temperature;
+    const double warmth = reference ? temperature / *reference : 1;
+    stiffness.push_back(fields.living.triangles[e] ? char_stiffness * warmth : 0);
+    length.push_back(volume_ratio(ratio, combustion));
+  }
+  elements_.set_burnt(std::move(stiffness), length);
+}
+
+/// Pressures of the gas where the wall is, at a time of the loads [s]; prescribed volumes keep their multipliers.
+/// Collective.
+void WallMotion::set_pressures(double time) {
+  const Chambers& chambers = gas_.chambers();
+  const std::vector<GasState> gas = chambers.states(gas_.exchange(), chambers.volumes(state_.position), time);
+  for (int chamber = 0; chamber < chambers.count(); ++chamber) {
+    if (!chambers.prescribes_volume(chamber)) {
+      state_.pressure[chamber] = gas[chamber].pressure;
+    }
+  }
+}
+
+const std::vector<Eigen::Matrix3d>& WallMotion::stress() {
+  stress_ = elements_.tensions(state_.position, state_.thickness_ratio);
+  for (std::size_t e = 0; e < stress_.size() && options_.wall.strength; ++e) {
+    stress_[e] /= wall_.thickness[e] * state_.thickness_ratio[e];
+  }
+  return stress_;
+}
+
+std::string WallMotion::progress(const Step& /*step*/) const {
+  return state_.pressure.size() > 0 ? fmt::format("p {:.4g} Pa", state_.pressure[0]) : "";
+}
+
+void WallMotion::report(Report& report, const Step& step) const {
+  enum Sum { rubber, elastic, count };
+  std::array<double, count> sums{};
+  // Of thickness, its ratio and an element's volume ratio: the largest values, and the negative of the least.
+  std::array<double, 6> maxima;
+  maxima.fill(-HUGE_VAL);
+  sums[rubber] = elements_.volume(state_.position, state_.thickness_ratio);
+  sums[elastic] = elements_.energy(state_.position, state_.thickness_ratio) +
+                  (bending_ ? bending_->energy(state_.position, state_.thickness_ratio) : 0);
+  for (PetscInt e = 0; e < membrane_.elements.owned; ++e) {
+    if (elements_.stiffness(e) == 0) {
+      continue;
+    }
+    const double ratio = state_.thickness_ratio[e];
+    const double area = area_of(state_.position.data(), membrane_.triangles[e]);
+    const std::array<double, 3> values{wall_.thickness[e] * ratio, ratio, ratio * area / wall_.rest[e].area};
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      maxima[2 * k] = std::max(maxima[2 * k], values[k]);
+      maxima[2 * k + 1] = std::max(maxima[2 * k + 1], -values[k]);
+    }
+  }
+  sums = sum_over_ranks(membrane_.comm(), sums);
+  maxima = max_over_ranks(membrane_.comm(), maxima);
+  report.add("rubber_volume_ratio", "", sums[rubber] / rubber_volume_);
+  report.add("thickness_min", "m", -maxima[1]);
+  report.add("thickness_max", "m", maxima[0]);
+  report.add("thickness_ratio_min", "", -maxima[3]);
+  report.add("thickness_ratio_max", "", maxima[2]);
+  report.add("element_volume_ratio_min", "", -maxima[5]);
+  report.add("element_volume_ratio_max", "", maxima[4]);
+  report.add("inverted_elements", "", static_cast<double>(step.inverted));
+  report.add("newton_iterations", "", step.newton_iterations);
+  report.add("linear_iterations", "", step.motion_iterations);
+  report.add("concave_iterations", "", step.balance.concave_iterations);
+  report.add("residual", "N", step.balance.residual);
+  report.add("relative_residual", "", step.balance.relative_residual);
+  report.add("elastic_energy", "J", sums[elastic]);
+  if (state_.load_time != nullptr) {
+    report.add("load_time", "s", *state_.load_time);
+  }
+}
+
+void WallMotion::draw(Picture& picture) const {
+  const std::size_t elements = membrane_.triangles.size();
+  std::vector<double> thickness(elements);
+  std::vector<double> stretch(2 * elements);
+  std::vector<double> stress(2 * elements);
+  for (std::size_t e = 0; e < elements; ++e) {
+    if (elements_.stiffness(e) == 0) {
+      continue;
+    }
+    const auto [e12, e13] = edges_of(state_.position.data(), membrane_.triangles[e]);
+    thickness[e] = wall_.thickness[e] * state_.thickness_ratio[e];
+    const PrincipalState principal = elements_.principal(e, e12, e13, state_.thickness_ratio[e]);
+    Eigen::Map<Eigen::Vector2d>(stretch.data() + 2 * e) = principal.stretch;
+    Eigen::Map<Eigen::Vector2d>(stress.data() + 2 * e) = principal.stress;
+  }
+  picture.add_on_cells("thickness", std::move(thickness));
+  picture.add_on_cells("stretch", std::move(stretch), 2);
+  picture.add_on_cells("stress", std::move(stress), 2);
+}
+
+std::vector<std::string> WallMotion::remarks() const {
+  const StepRecord record(state_.record);
+  std::vector<std::string> lines;
+  if (record.above_tolerance > 0) {
+    lines.push_back(fmt::format(
+        "residual: {} of {} steps ended above {}: out of balance by {:.2g} of their forces at worst, in step "
+        "{}, and by {:.2g} in the last one",
+        record.above_tolerance, state_.step,
+        options_.prism.newton == NewtonEnd::converged
+            ? "prism.snes_rtol, as far as the rounding of the places lets Newton's method go"
+            : "prism.residual_tolerance",
+        record.worst_residual, record.worst_step, record.last_residual));
+  }
+  if (record.concave_steps > 0) {
+    lines.push_back(fmt::format(
+        "equilibria: in {} of {} steps, first in step {}, the tangent was not positive definite (history.csv: "
+        "concave_iterations): such a step may have several equilibria, and with another length find another",
+        record.concave_steps, state_.step, record.first_concave_step));
+  }
+  if (record.factorised_steps > 0) {
+    lines.push_back(fmt::format("linear solver: the tangent was factorised in {} steps", record.factorised_steps));
+  }
+  return lines;
+}
+
+}  // namespace world
+}  // namespace pellicle
