@@ -11,13 +11,13 @@
 #include <iostream>
 #include <thread>
 
-#include "base/arguments.h"
 #include "base/error.h"
-#include "base/manual.h"
 #include "base/revision.h"
 #include "base/stop_signal.h"
 #include "large_pages.h"
-#include "world/run.h"
+#include "options/arguments.h"
+#include "options/manual.h"
+#include "run/run.h"
 
 using namespace pellicle;
 
@@ -103,7 +103,7 @@ int run_program(int argc, char** argv, bool is_root) {
   }
   initialize_petsc(argv[0], arguments.petsc, arguments.tables);
   catch_stop_signals(is_root ? 0 : 1);
-  run(PETSC_COMM_WORLD, objects, record);
+  run_objects(PETSC_COMM_WORLD, objects, record);
   if (!objects.front().options.mesh_only) {  // which solves nothing
     warn_unused(PETSC_COMM_WORLD, arguments.petsc, arguments.tables);
   }

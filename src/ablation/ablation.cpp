@@ -28,20 +28,20 @@ SpringState spring_state(double level_0, double level_1) {
   return level_0 < 0 && level_1 < 0 ? SpringState::burnt : SpringState::partly_burnt;
 }
 
-bool Ablation::burn_away(Living& living, const std::vector<double>& level) {
+bool Ablation::burn_away(ActiveSet& active, const std::vector<double>& level) {
   const auto has_burnt = [&level](PetscInt particle) { return level[particle] < 0; };
   bool died = false;
   for (std::size_t t = 0; t < owned_triangles(); ++t) {
     const auto& [a, b, c] = surface_.triangles[t];
-    if (living.triangles[t] && has_burnt(a) && has_burnt(b) && has_burnt(c)) {
-      living.triangles[t] = false;
+    if (active.triangles[t] && has_burnt(a) && has_burnt(b) && has_burnt(c)) {
+      active.triangles[t] = false;
       died = true;
     }
   }
-  return spread(living, died);
+  return spread(active, died);
 }
 
-bool Ablation::crack(Living& living, const std::vector<PetscInt>& sides) {
+bool Ablation::crack(ActiveSet& active, const std::vector<PetscInt>& sides) {
   if (!on_any_rank(surface_.comm(), !sides.empty())) {
     return false;
   }
@@ -56,12 +56,12 @@ bool Ablation::crack(Living& living, const std::vector<PetscInt>& sides) {
   }
   gather_flags(surface_.elements, marks);
   for (std::size_t side = 0; side < per_element * static_cast<std::size_t>(surface_.elements.owned); ++side) {
-    living.cracked[side] = living.cracked[side] || marks[side / per_element][side % per_element];
+    active.cracked[side] = active.cracked[side] || marks[side / per_element][side % per_element];
   }
-  return spread(living, true);
+  return spread(active, true);
 }
 
-bool Ablation::spread(Living& living, bool died) {
+bool Ablation::spread(ActiveSet& active, bool died) {
   if (!on_any_rank(surface_.comm(), died)) {
     return false;
   }
@@ -75,20 +75,20 @@ bool Ablation::spread(Living& living, bool died) {
       flags[k] = of_elements[k / per_element][k % per_element];
     }
   };
-  update(living.triangles, static_cast<std::size_t>(surface_.triangles_per_element));
-  update(living.cracked, static_cast<std::size_t>(surface_.sides_per_element()));
+  update(active.triangles, static_cast<std::size_t>(surface_.triangles_per_element));
+  update(active.cracked, static_cast<std::size_t>(surface_.sides_per_element()));
 
   const bool by_surface = rule_ == SpringRule::surface;
-  const std::vector<bool> has_surface = by_surface ? particles_with_surface(living) : std::vector<bool>();
+  const std::vector<bool> has_surface = by_surface ? particles_with_surface(active) : std::vector<bool>();
   const auto is_held = [&](PetscInt particle) { return !by_surface || has_surface[particle]; };
   // All triangles of an owned spring are local; a ghost's need not be.
-  const auto is_alive = [&living](PetscInt t) { return t >= 0 && living.triangles[t]; };
+  const auto is_alive = [&active](PetscInt t) { return t >= 0 && active.triangles[t]; };
   for (const Colour colour : all_colours) {
     const SpringSet& set = surface_.of(colour);
-    std::vector<bool>& springs = living.springs[static_cast<std::size_t>(colour)];
+    std::vector<bool>& springs = active.springs[static_cast<std::size_t>(colour)];
     for (PetscInt s = 0; s < set.owned(); ++s) {
-      // A green spring crosses the side of a quad's drawn triangle, which has its number.
-      const bool crosses_crack = colour == Colour::green && living.cracked[set.triangles[s].front()];
+      // A green spring crosses the side of a quad's surface triangle, which has its number.
+      const bool crosses_crack = colour == Colour::green && active.cracked[set.triangles[s].front()];
       const auto [a, b] = set.ends[s];
       springs[s] = springs[s] && !crosses_crack && is_held(a) && is_held(b) &&
                    std::any_of(set.triangles[s].begin(), set.triangles[s].end(), is_alive);
@@ -98,12 +98,12 @@ bool Ablation::spread(Living& living, bool died) {
   return true;
 }
 
-std::vector<bool> Ablation::particles_with_surface(const Living& living) const {
+std::vector<bool> Ablation::particles_with_surface(const ActiveSet& active) const {
   std::vector<std::array<bool, 1>> flags(surface_.particles.local());
   for (std::size_t t = 0; t < owned_triangles(); ++t) {
     for (const PetscInt particle : surface_.triangles[t]) {
       bool& flag = flags[particle][0];
-      flag = flag || living.triangles[t];
+      flag = flag || active.triangles[t];
     }
   }
   gather_flags(surface_.particles, flags);
@@ -113,8 +113,8 @@ std::vector<bool> Ablation::particles_with_surface(const Living& living) const {
   return result;
 }
 
-std::vector<PetscInt> Ablation::bare_particles(const Living& living, const Field& mass) const {
-  const std::vector<bool> has_springs = particles_with_springs(surface_, living);
+std::vector<PetscInt> Ablation::bare_particles(const ActiveSet& active, const Field& mass) const {
+  const std::vector<bool> has_springs = particles_with_springs(surface_, active);
   std::vector<PetscInt> bare;
   for (PetscInt i = 0; i < surface_.particles.owned; ++i) {
     if (!has_springs[i] && mass.data()[i] > 0) {
@@ -124,9 +124,9 @@ std::vector<PetscInt> Ablation::bare_particles(const Living& living, const Field
   return bare;
 }
 
-std::vector<bool> empty_cells(const Sheet& sheet, const Living& living) {
+std::vector<bool> empty_cells(const Sheet& sheet, const ActiveSet& active) {
   // Red and green springs end at the lattice point; the yellow ones of a cell live exactly as long as a red one does.
-  const std::vector<bool> has_springs = particles_with_springs(sheet, living);
+  const std::vector<bool> has_springs = particles_with_springs(sheet, active);
   std::vector<bool> empty;
   for (PetscInt c = 0; c < sheet.elements.owned; ++c) {
     empty.push_back(!has_springs[sheet.lattice[c]]);

@@ -5,7 +5,7 @@
 
 #include "ablation/ablation_options.h"
 #include "parallel/field.h"
-#include "surface/living.h"
+#include "surface/active_set.h"
 #include "surface/sheet.h"
 
 namespace pellicle {
@@ -26,7 +26,7 @@ SpringState spring_state(double level_0, double level_1);
 
 /// Removes burnt triangles and springs from a surface and cracks it, without renumbering.
 ///
-/// A drawn triangle dies when all three of its points have burnt (m' < 0), the virtual centre of a quad with the
+/// A surface triangle dies when all three of its points have burnt (m' < 0), the virtual centre of a quad with the
 /// lattice particle's m'. A spring dies when all triangles that share it are dead, a green one also when the side that
 /// it crosses cracks, and by SpringRule::surface also when all triangles at one of its ends are dead.
 class Ablation {
@@ -36,41 +36,41 @@ class Ablation {
 
   /// Removes the triangles and springs that die by the level set. Collective.
   /// @returns whether a triangle died on any rank
-  bool burn_away(Living& living, const std::vector<double>& level);
+  bool burn_away(ActiveSet& active, const std::vector<double>& level);
 
   /// Cracks sides of elements. Nothing is removed from the surface. Collective.
   /// @param sides owned blue springs along these sides, each between two local elements
   /// @returns whether any rank has such a side
-  bool crack(Living& living, const std::vector<PetscInt>& sides);
+  bool crack(ActiveSet& active, const std::vector<PetscInt>& sides);
 
   /// Updates springs, and triangles of other ranks' elements, from the triangles of the owned ones. Collective.
-  void follow_triangles(Living& living) { spread(living, true); }
+  void follow_triangles(ActiveSet& active) { spread(active, true); }
 
-  /// Whether each local particle has a living triangle; others neither conduct heat nor cool. Collective.
-  std::vector<bool> particles_with_surface(const Living& living) const;
+  /// Whether each local particle has an active triangle; others neither conduct heat nor cool. Collective.
+  std::vector<bool> particles_with_surface(const ActiveSet& active) const;
 
   /// Owned particles whose last spring is dead and that still have a mass. Not collective.
-  std::vector<PetscInt> bare_particles(const Living& living, const Field& mass) const;
+  std::vector<PetscInt> bare_particles(const ActiveSet& active, const Field& mass) const;
 
  private:
-  /// A flag for each drawn triangle, or each side, of an element.
+  /// A flag for each surface triangle, or each side, of an element.
   using ElementFlags = std::array<bool, 4>;
   std::size_t elements() const { return static_cast<std::size_t>(surface_.elements.local()); }
   std::size_t owned_triangles() const {
     return static_cast<std::size_t>(surface_.triangles_per_element * surface_.elements.owned);
   }
 
-  /// Sends the living triangles and sides of owned elements, and then the living owned springs, to other ranks.
+  /// Sends the active triangles and sides of owned elements, and then the active owned springs, to other ranks.
   /// @param died whether a triangle of this rank's elements has died
   /// @returns whether a triangle of any rank's elements has died
-  bool spread(Living& living, bool died);
+  bool spread(ActiveSet& active, bool died);
 
   const Surface& surface_;
   SpringRule rule_;
 };
 
-/// Whether each owned cell is empty: no living springs, except blue ones, which neighbours may share. Not collective.
-std::vector<bool> empty_cells(const Sheet& sheet, const Living& living);
+/// Whether each owned cell is empty: no active springs, except blue ones, which neighbours may share. Not collective.
+std::vector<bool> empty_cells(const Sheet& sheet, const ActiveSet& active);
 
 }  // namespace ablation
 }  // namespace pellicle

@@ -180,7 +180,7 @@ double Cracks::overload(const CrackInput& input, std::size_t blue) const {
   double across = 0;
   for (const PetscInt of_element : surface_.sides_along(blue)) {
     const std::size_t side = of_element;
-    if (of_element < 0 || !input.living.triangles[surface_.triangle_at(side)] || input.living.cracked[side]) {
+    if (of_element < 0 || !input.active.triangles[surface_.triangle_at(side)] || input.active.cracked[side]) {
       return 0;
     }
     const std::size_t element = surface_.element_of_side(side);
@@ -208,7 +208,7 @@ void Cracks::require_average_overload(const CrackInput& input) {
   for (const Eigen::Matrix3d& stress : input.stress) {
     tension.push_back(std::max(largest_eigenvalue(stress), 0.0));
   }
-  const std::vector<double> average = average_->of(tension, input.living);
+  const std::vector<double> average = average_->of(tension, input.active);
   for (PetscInt s = 0; s < owned.cols(); ++s) {
     if (overload_.data()[s] > 0) {
       double stress = 0;

@@ -8,7 +8,7 @@
 #include "ablation/ablation_options.h"
 #include "ablation/stress_average.h"
 #include "parallel/field.h"
-#include "surface/living.h"
+#include "surface/active_set.h"
 
 namespace pellicle {
 inline namespace ablation {
@@ -19,10 +19,10 @@ double share_of_strength(double mass_ratio, double min_mass, double char_strengt
 
 /// Data of a step for cracks.
 struct CrackInput {
-  const Living& living;
+  const ActiveSet& active;
   const std::vector<Eigen::Matrix3d>& stress;  ///< of each local element, in the unit of the strength
   const Field& position;                       ///< [m], ghosts up to date
-  const Field& mass;                           ///< [kg], ghosts up to date; positive at corners of living elements
+  const Field& mass;                           ///< [kg], ghosts up to date; positive at corners of active elements
   const std::vector<bool>& pinned;             ///< local particles that are pinned
   double min_mass = 0;                         ///< m^min as a fraction of the initial mass
 };

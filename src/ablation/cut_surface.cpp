@@ -20,8 +20,8 @@ namespace {
 /// Draws the owned elements and numbers the points.
 class Cutter {
  public:
-  Cutter(const Surface& surface, const Living& living, const std::vector<double>& level)
-      : surface_(surface), living_(living), level_(level), number_(level.size(), -1) {}
+  Cutter(const Surface& surface, const ActiveSet& active, const std::vector<double>& level)
+      : surface_(surface), active_(active), level_(level), number_(level.size(), -1) {}
 
   DrawnSurface draw();
 
@@ -45,13 +45,13 @@ class Cutter {
     return -(std::int64_t{low} * cut_id_stride + high) - 1;
   }
   void add_uncut_points();
-  /// The point at the share t of the way from one particle of an element to another. @returns its number
+  /// The point at the fraction t of the way from one particle of an element to another. @returns its number
   PetscInt add_point(std::size_t element, PetscInt from, PetscInt to, double t);
   void draw(std::size_t triangle);
   void find_owners();
 
   const Surface& surface_;
-  const Living& living_;
+  const ActiveSet& active_;
   const std::vector<double>& level_;
   DrawnSurface drawn_;
   std::vector<PetscInt> number_;                           ///< of the uncut point of each particle, or -1
@@ -63,7 +63,7 @@ void Cutter::add_uncut_points() {
   for (const bool centres : {false, true}) {
     for (std::size_t t = 0; t < triangles(); ++t) {
       for (const PetscInt particle : surface_.triangles[t]) {
-        if (living_.triangles[t] && level(particle) >= 0 && number_of(particle, particle) < 0 &&
+        if (active_.triangles[t] && level(particle) >= 0 && number_of(particle, particle) < 0 &&
             is_centre(particle) == centres) {
           number_of(particle, particle) = add_point(element_of(t), particle, particle, 0);
         }
@@ -166,7 +166,7 @@ DrawnSurface Cutter::draw() {
   drawn_.elements.reserve(triangles());
   add_uncut_points();
   for (std::size_t t = 0; t < triangles(); ++t) {
-    if (living_.triangles[t]) {
+    if (active_.triangles[t]) {
       draw(t);
     }
   }
@@ -176,16 +176,16 @@ DrawnSurface Cutter::draw() {
 
 }  // namespace
 
-DrawnSurface cut_surface(const Surface& surface, const Living& living, const std::vector<double>& level) {
-  return Cutter(surface, living, level).draw();
+DrawnSurface cut_surface(const Surface& surface, const ActiveSet& active, const std::vector<double>& level) {
+  return Cutter(surface, active, level).draw();
 }
 
-double largest_drawn(const Surface& surface, const Living& living, const std::vector<double>& level,
+double largest_drawn(const Surface& surface, const ActiveSet& active, const std::vector<double>& level,
                      const double* values) {
   double largest = 0;
   const std::size_t triangles = surface.triangles_per_element * surface.elements.owned;
   for (std::size_t t = 0; t < triangles; ++t) {
-    if (!living.triangles[t]) {
+    if (!active.triangles[t]) {
       continue;
     }
     const std::array<PetscInt, 3>& particles = surface.triangles[t];
@@ -202,7 +202,7 @@ double largest_drawn(const Surface& surface, const Living& living, const std::ve
 }
 
 DrawnSurface whole_surface(const Surface& surface) {
-  return cut_surface(surface, Living(surface), std::vector<double>(surface.particles.local(), 1.0));
+  return cut_surface(surface, ActiveSet(surface), std::vector<double>(surface.particles.local(), 1.0));
 }
 
 }  // namespace ablation

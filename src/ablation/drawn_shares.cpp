@@ -9,7 +9,7 @@ inline namespace ablation {
 
 namespace {
 
-/// Least drawn share of a living cell: smaller ones are raised to it, so that all amounts are passed on.
+/// Least drawn fraction of an active cell: smaller ones are raised to it, so that all amounts are passed on.
 constexpr double least_share = 1e-9;
 
 /// Corners and lattice particle of a cell.
@@ -45,7 +45,8 @@ double whole_area(const std::array<PetscInt, 4>& corners, const Field& positions
 
 }  // namespace
 
-DrawnShares::DrawnShares(const Sheet& sheet, const Living& living, const DrawnSurface& surface, const Field& positions)
+DrawnShares::DrawnShares(const Sheet& sheet, const ActiveSet& active, const DrawnSurface& surface,
+                         const Field& positions)
     : sheet_(sheet),
       area_(sheet.elements.owned, 0.0),
       cell_weight_(sheet.particles, 1),
@@ -57,13 +58,13 @@ DrawnShares::DrawnShares(const Sheet& sheet, const Living& living, const DrawnSu
     area_[surface.elements[t]] += triangle_area(corner(0), corner(1), corner(2));
   }
   for (std::size_t cell = 0; cell < area_.size(); ++cell) {
-    const auto first = living.triangles.begin() + 4 * static_cast<std::ptrdiff_t>(cell);
+    const auto first = active.triangles.begin() + 4 * static_cast<std::ptrdiff_t>(cell);
     if (std::none_of(first, first + 4, [](bool lives) { return lives; })) {
       continue;
     }
     const PetscInt lattice = sheet.lattice[cell];
-    const double share = area_[cell] > 0 ? std::min(1.0, area_[cell] / whole_area(sheet.cells[cell], positions)) : 0;
-    cell_weight_.data()[lattice] = std::max(share, least_share) * 2 * sheet.initial_mass[lattice];
+    const double fraction = area_[cell] > 0 ? std::min(1.0, area_[cell] / whole_area(sheet.cells[cell], positions)) : 0;
+    cell_weight_.data()[lattice] = std::max(fraction, least_share) * 2 * sheet.initial_mass[lattice];
     for (const PetscInt i : particles_of(sheet, cell)) {
       weight_.data()[i] += area_[cell] > 0 ? cell_weight_.data()[lattice] : 0;
     }
@@ -75,7 +76,7 @@ DrawnShares::DrawnShares(const Sheet& sheet, const Living& living, const DrawnSu
     // A lattice particle has half of its cell's initial mass, a corner an eighth of that of each cell at it.
     drawn_.data()[i] = std::min(1.0, weight_.data()[i] / ((sheet.is_lattice[i] ? 2 : 8) * sheet.initial_mass[i]));
   }
-  find_held(living);
+  find_held(active);
 
   const auto weight_of_takers = [this](std::size_t cell) {
     double sum = 0;
@@ -89,26 +90,26 @@ DrawnShares::DrawnShares(const Sheet& sheet, const Living& living, const DrawnSu
       given_.data()[i] += weight_of_takers(cell);
     }
   }
-  for (const Held& held : held_) {
-    given_.data()[held.particle] += weight_of_takers(held.cell);
+  for (const Held& constrained : constrained_) {
+    given_.data()[constrained.particle] += weight_of_takers(constrained.cell);
   }
   given_.add_ghosts();
   given_.update_ghosts();
 }
 
-void DrawnShares::find_held(const Living& living) {
+void DrawnShares::find_held(const ActiveSet& active) {
   for (const Colour colour : {Colour::green, Colour::yellow}) {  // The others lie in a triangle that holds them.
     const SpringSet& springs = sheet_.of(colour);
     for (PetscInt s = 0; s < springs.owned(); ++s) {
-      if (!living.springs[static_cast<std::size_t>(colour)][s]) {
+      if (!active.springs[static_cast<std::size_t>(colour)][s]) {
         continue;
       }
       for (const PetscInt end : springs.ends[s]) {
         PetscInt last = -1;  // All triangles of a yellow spring are of one cell.
         for (const PetscInt triangle : springs.triangles[s]) {
-          if (weight_.data()[end] == 0 && triangle >= 0 && living.triangles[triangle] && triangle / 4 != last) {
+          if (weight_.data()[end] == 0 && triangle >= 0 && active.triangles[triangle] && triangle / 4 != last) {
             last = triangle / 4;
-            held_.push_back({end, static_cast<std::size_t>(last)});
+            constrained_.push_back({end, static_cast<std::size_t>(last)});
           }
         }
       }
@@ -117,7 +118,7 @@ void DrawnShares::find_held(const Living& living) {
 }
 
 std::vector<double> DrawnShares::density(const Field& amount) const {
-  // Amount that each cell passes on from undrawn or partly drawn particles, per share of the receivers.
+  // Amount that each cell passes on from undrawn or partly drawn particles, per fraction of the receivers.
   Field passed(sheet_.particles, 1);
   const auto pass = [&](PetscInt particle, std::size_t cell) {
     const PetscInt lattice = sheet_.lattice[cell];
@@ -131,8 +132,8 @@ std::vector<double> DrawnShares::density(const Field& amount) const {
       pass(i, cell);
     }
   }
-  for (const Held& held : held_) {
-    pass(held.particle, held.cell);
+  for (const Held& constrained : constrained_) {
+    pass(constrained.particle, constrained.cell);
   }
   passed.add_ghosts();
 

@@ -3,8 +3,8 @@
 #include <vector>
 
 #include "parallel/field.h"
+#include "surface/active_set.h"
 #include "surface/drawn_surface.h"
-#include "surface/living.h"
 #include "surface/sheet.h"
 
 namespace pellicle {
@@ -15,34 +15,34 @@ inline namespace ablation {
 ///
 /// A particle's amount goes to the cells at it in proportion to their initial masses and drawn shares. The part for
 /// cells that are not drawn, at a burnt particle that springs still hold, goes to the neighbouring particles in
-/// proportion to the drawn shares of their cells, and from these to their cells.
+/// proportion to the drawn fractions of their cells, and from these to their cells.
 class DrawnShares {
  public:
   /// The sheet must outlive this object. Collective.
   /// @param surface of this rank, from cut_surface
   /// @param positions [m], ghosts up to date, (3 x local)
-  DrawnShares(const Sheet& sheet, const Living& living, const DrawnSurface& surface, const Field& positions);
+  DrawnShares(const Sheet& sheet, const ActiveSet& active, const DrawnSurface& surface, const Field& positions);
 
   /// Amount per drawn area of each local cell; 0 of undrawn cells and of other ranks' cells. Collective.
   /// @param amount of the local particles, ghosts up to date, (1 x local)
   std::vector<double> density(const Field& amount) const;
 
  private:
-  /// A particle none of whose cells is drawn, and a cell with a living triangle that shares one of its springs.
+  /// A particle none of whose cells is drawn, and a cell with an active triangle that shares one of its springs.
   struct Held {
     PetscInt particle;
     std::size_t cell;
   };
 
-  void find_held(const Living& living);
+  void find_held(const ActiveSet& active);
 
   const Sheet& sheet_;
-  std::vector<double> area_;  ///< drawn area of the owned cells [m^2]
-  Field cell_weight_;         ///< initial mass of the drawn part of each cell, at its lattice particle [kg]
-  Field weight_;              ///< sum of cell_weight_ over the cells of each particle [kg]
-  Field drawn_;               ///< share of each particle's cells that is drawn
-  std::vector<Held> held_;    ///< pairs from springs of this rank
-  Field given_;               ///< by each particle to others: the sum of the receivers' weights
+  std::vector<double> area_;       ///< drawn area of the owned cells [m^2]
+  Field cell_weight_;              ///< initial mass of the drawn part of each cell, at its lattice particle [kg]
+  Field weight_;                   ///< sum of cell_weight_ over the cells of each particle [kg]
+  Field drawn_;                    ///< fraction of each particle's cells that is drawn
+  std::vector<Held> constrained_;  ///< pairs from springs of this rank
+  Field given_;                    ///< by each particle to others: the sum of the receivers' weights
 };
 
 }  // namespace ablation

@@ -9,11 +9,11 @@ inline namespace ablation {
 
 namespace {
 
-enum SumRow { stress_sum = 0, living_cells = 9, sum_rows };
+enum SumRow { stress_sum = 0, active_cells = 9, sum_rows };
 
-/// Living share of a cell, in quarters.
-double living_share(const Living& living, std::size_t cell) {
-  const auto first = living.triangles.begin() + static_cast<std::ptrdiff_t>(4 * cell);
+/// Active fraction of a cell, in quarters.
+double active_share(const ActiveSet& active, std::size_t cell) {
+  const auto first = active.triangles.begin() + static_cast<std::ptrdiff_t>(4 * cell);
   return static_cast<double>(std::count(first, first + 4, true)) / 4;
 }
 
@@ -26,7 +26,7 @@ Eigen::Vector3d direction(const Field& position, const std::array<PetscInt, 2>& 
 SpringStress::SpringStress(const Sheet& sheet)
     : sheet_(sheet), particle_sums_(sheet.particles, sum_rows), stress_(sheet.cells.size()) {}
 
-const std::vector<Eigen::Matrix3d>& SpringStress::find(const Living& living,
+const std::vector<Eigen::Matrix3d>& SpringStress::find(const ActiveSet& active,
                                                        const std::array<std::vector<double>, 4>& force,
                                                        const Field& position) {
   Field::Values sums = particle_sums_.values();
@@ -35,7 +35,7 @@ const std::vector<Eigen::Matrix3d>& SpringStress::find(const Living& living,
     const SpringSet& set = sheet_.springs[colour];
     for (PetscInt s = 0; s < set.owned(); ++s) {
       const auto [a, b] = set.ends[s];
-      if (living.springs[colour][s]) {
+      if (active.springs[colour][s]) {
         const Eigen::Vector3d d = direction(position, set.ends[s]);
         const Eigen::Matrix3d half = force[colour][s] * set.initial_length[s] / 2 * d * d.transpose();
         sums.col(a).head<9>() += half.reshaped();
@@ -45,7 +45,7 @@ const std::vector<Eigen::Matrix3d>& SpringStress::find(const Living& living,
   }
   for (PetscInt cell = 0; cell < sheet_.elements.owned; ++cell) {
     for (const PetscInt corner : sheet_.cells[cell]) {
-      sums(living_cells, corner) += living_share(living, cell);
+      sums(active_cells, corner) += active_share(active, cell);
     }
   }
   particle_sums_.add_ghosts();
@@ -53,16 +53,16 @@ const std::vector<Eigen::Matrix3d>& SpringStress::find(const Living& living,
 
   for (std::size_t cell = 0; cell < stress_.size(); ++cell) {
     stress_[cell].setZero();
-    const double share = living_share(living, cell);
-    if (share > 0) {
+    const double fraction = active_share(active, cell);
+    if (fraction > 0) {
       const auto& corners = sheet_.cells[cell];
       auto sum = stress_[cell].reshaped();
       sum += sums.col(sheet_.lattice[cell]).head<9>();
       for (const PetscInt corner : corners) {
-        sum += share / sums(living_cells, corner) * sums.col(corner).head<9>();
+        sum += fraction / sums(active_cells, corner) * sums.col(corner).head<9>();
       }
       const auto rest = [&](std::size_t k) { return sheet_.rest.col(corners[k]); };
-      stress_[cell] /= share * quad_area_vector(rest(0), rest(1), rest(2), rest(3)).norm();
+      stress_[cell] /= fraction * quad_area_vector(rest(0), rest(1), rest(2), rest(3)).norm();
     }
   }
   return stress_;

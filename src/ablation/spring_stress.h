@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "parallel/field.h"
-#include "surface/living.h"
+#include "surface/active_set.h"
 #include "surface/sheet.h"
 
 namespace pellicle {
@@ -20,7 +20,7 @@ inline namespace ablation {
 ///     sigma = 1/A sum F l^init d d^T
 ///
 /// over the springs of its particles, where d is the direction of a spring, half of which belongs to each of its ends,
-/// and A the undeformed area of what is left of the cell; the living quarters of cells share their corners. In this sum
+/// and A the undeformed area of what is left of the cell; the active quarters of cells share their corners. In this sum
 /// what springs do to each other cancels.
 ///
 /// The stress of an elastic sheet is that of its material. That of a projected one is exact for a load, whatever the
@@ -33,14 +33,14 @@ class SpringStress {
   explicit SpringStress(const Sheet& sheet);
 
   /// Stress of each local cell [N/m], kept until the next call. Collective.
-  /// @param living what has not burnt @param force of each owned spring by colour, positive where it pulls [N]
+  /// @param active what has not burnt @param force of each owned spring by colour, positive where it pulls [N]
   /// @param position [m], ghosts up to date
-  const std::vector<Eigen::Matrix3d>& find(const Living& living, const std::array<std::vector<double>, 4>& force,
+  const std::vector<Eigen::Matrix3d>& find(const ActiveSet& active, const std::array<std::vector<double>, 4>& force,
                                            const Field& position);
 
  private:
   const Sheet& sheet_;
-  Field particle_sums_;                  ///< of F l^init d d^T, (3 x 3) in columns [N m]; living cells
+  Field particle_sums_;                  ///< of F l^init d d^T, (3 x 3) in columns [N m]; active cells
   std::vector<Eigen::Matrix3d> stress_;  ///< of each local cell [N/m]
 };
 

@@ -26,7 +26,7 @@ constexpr double own_sizes = 0.85;
 Field own_lengths(const Surface& surface) {
   const std::size_t per_element = surface.triangles_per_element;
   const double elements_per_vertex = surface.has_quads() ? 1 : 2;
-  Field sums(surface.particles, 2);  // over the drawn triangles round a particle: of sizes, and their number
+  Field sums(surface.particles, 2);  // over the surface triangles round a particle: of sizes, and their number
   for (std::size_t e = 0; e < surface.element_mass.size(); ++e) {
     const DrawnPlaces places(surface, surface.rest.data(), e);
     double area = 0;
@@ -88,19 +88,19 @@ StressAverage::StressAverage(const Surface& surface, double length, const std::s
   least_length_ = max_over_ranks(surface.comm(), least_length_);
 }
 
-std::vector<double> StressAverage::of(const std::vector<double>& tension, const Living& living) {
+std::vector<double> StressAverage::of(const std::vector<double>& tension, const ActiveSet& active) {
   const std::size_t per_element = surface_.triangles_per_element;
-  const std::array<double, 3> share = surface_.point_shares();
+  const std::array<double, 3> fraction = surface_.point_shares();
   tension_.values().setZero();
   square_.values().setZero();
   std::fill(weight_.begin(), weight_.end(), 0);
   for (std::size_t t = 0; t < surface_.triangles.size(); ++t) {
-    if (living.triangles[t]) {
+    if (active.triangles[t]) {
       const double s = tension[t / per_element];
       const double mass = surface_.element_mass[t / per_element];
       for (std::size_t k = 0; k < 3; ++k) {
         const PetscInt particle = surface_.triangles[t][k];
-        const double weight = share[k] * mass;
+        const double weight = fraction[k] * mass;
         tension_.data()[particle] += weight * s;
         square_.data()[particle] += weight * s * s;
         weight_[particle] += weight;
@@ -114,17 +114,17 @@ std::vector<double> StressAverage::of(const std::vector<double>& tension, const 
       square_.data()[i] /= weight;
     }
   }
-  average(tension_, living);
-  average(square_, living);
+  average(tension_, active);
+  average(square_, active);
 
   std::vector<double> result(tension.size(), 0);
   for (std::size_t e = 0; e < result.size(); ++e) {
     double s = 0;
     double square = 0;
     for (std::size_t t = per_element * e; t < per_element * (e + 1); ++t) {
-      for (std::size_t k = 0; k < 3 && living.triangles[t]; ++k) {
-        s += share[k] * tension_.data()[surface_.triangles[t][k]];
-        square += share[k] * square_.data()[surface_.triangles[t][k]];
+      for (std::size_t k = 0; k < 3 && active.triangles[t]; ++k) {
+        s += fraction[k] * tension_.data()[surface_.triangles[t][k]];
+        square += fraction[k] * square_.data()[surface_.triangles[t][k]];
       }
     }
     result[e] = s > 0 ? square / s : 0;
@@ -133,9 +133,9 @@ std::vector<double> StressAverage::of(const std::vector<double>& tension, const 
 }
 
 /// @param values right at the owned particles, all of whose elements are local
-void StressAverage::average(Field& values, const Living& living) {
+void StressAverage::average(Field& values, const ActiveSet& active) {
   values.update_ghosts();
-  const StageResult result = conduction_.advance(values, {rest_, mass_, living, time_step});
+  const StageResult result = conduction_.advance(values, {rest_, mass_, active, time_step});
   if (!result.converged) {
     throw Error("ablation.strength_length: stress cannot be averaged: " + result.reason);
   }

@@ -5,7 +5,7 @@
 
 #include "heat/conduction.h"
 #include "parallel/field.h"
-#include "surface/living.h"
+#include "surface/active_set.h"
 #include "surface/surface.h"
 
 namespace pellicle {
@@ -14,7 +14,7 @@ inline namespace ablation {
 /// Averages tension over a length of the undeformed surface, so that the load at which a singular stress makes the
 /// surface crack, at the corner of a clamp or at the tip of a crack, does not depend on the mesh.
 ///
-/// The average <s> solves <s> - lambda^2 Laplacian <s> = s on the living surface, so that nothing passes through cracks
+/// The average <s> solves <s> - lambda^2 Laplacian <s> = s on the active surface, so that nothing passes through cracks
 /// and holes. Its maximum lies a part of lambda ahead of the tip of a crack. With the tension itself as weight,
 ///
 ///     s_average = <s^2> / <s>
@@ -33,14 +33,14 @@ class StressAverage {
   /// @param tension s of the local elements, not below 0
   /// @returns s_average of the local elements; 0 of those that have burnt
   /// @throws Error if the solver fails
-  std::vector<double> of(const std::vector<double>& tension, const Living& living);
+  std::vector<double> of(const std::vector<double>& tension, const ActiveSet& active);
 
   /// The length l over which the largest elements of all ranks average by themselves [m].
   double least_length() const { return least_length_; }
 
  private:
   StressAverage(const Surface& surface, double length, const std::string& solver_prefix, const Field& own_length);
-  void average(Field& values, const Living& living);
+  void average(Field& values, const ActiveSet& active);
 
   const Surface& surface_;
   double least_length_ = 0;
@@ -49,7 +49,7 @@ class StressAverage {
   Field mass_;                  ///< undeformed, the weight of a place [kg]
   Field tension_;               ///< s, then <s>
   Field square_;                ///< s^2, then <s^2>
-  std::vector<double> weight_;  ///< of the local particles: living mass round them
+  std::vector<double> weight_;  ///< of the local particles: active mass round them
 };
 
 }  // namespace ablation

@@ -14,16 +14,16 @@ AirDrag::AirDrag(const Surface& surface, const AirOptions& options)
       options_(options),
       wind_(options.wind),
       resistance_(surface.particles.owned, Eigen::Matrix3d::Zero()),
-      push_(Eigen::Matrix3Xd::Zero(3, surface.particles.owned)) {}
+      impulse_(Eigen::Matrix3Xd::Zero(3, surface.particles.owned)) {}
 
 void AirDrag::begin_step(const AirInput& input) {
   const PetscInt owned = surface_.particles.owned;
   resistance_.assign(owned, Eigen::Matrix3d::Zero());
-  push_.setZero(3, owned);
+  impulse_.setZero(3, owned);
   wind_.set_time(input.time_end);
   const std::size_t per_element = surface_.triangles_per_element;
   for (std::size_t t = 0; t < surface_.triangles.size(); ++t) {
-    if (input.living != nullptr && !(*input.living)[t]) {
+    if (input.active != nullptr && !(*input.active)[t]) {
       continue;
     }
     const std::array<PetscInt, 3>& triangle = surface_.triangles[t];
@@ -33,13 +33,13 @@ void AirDrag::begin_step(const AirInput& input) {
     if (area == 0) {
       continue;
     }
-    std::array<double, 3> share = surface_.point_shares();
+    std::array<double, 3> fraction = surface_.point_shares();
     if (surface_.has_quads() && input.mass[triangle[2]] == 0) {
-      share = {0.5, 0.5, 0};
+      fraction = {0.5, 0.5, 0};
     }
     Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
     for (std::size_t k = 0; k < 3; ++k) {
-      velocity += share[k] * input.velocity.vector(triangle[k]);
+      velocity += fraction[k] * input.velocity.vector(triangle[k]);
     }
     const Eigen::Vector3d wind = wind_.at((x0 + x1 + x2) / 3);
     const Eigen::Vector3d normal = area_vector / area;
@@ -52,8 +52,8 @@ void AirDrag::begin_step(const AirInput& input) {
     const Eigen::Vector3d push = resistance * wind;
     for (std::size_t k = 0; k < 3; ++k) {
       if (triangle[k] < owned) {
-        resistance_[triangle[k]] += share[k] * resistance;
-        push_.col(triangle[k]) += share[k] * push;
+        resistance_[triangle[k]] += fraction[k] * resistance;
+        impulse_.col(triangle[k]) += fraction[k] * push;
       }
     }
   }

@@ -15,18 +15,18 @@ struct AirInput {
   const Field& position;                      ///< at the start of the step [m], ghosts up to date
   const Field& velocity;                      ///< at the start of the step [m/s], ghosts up to date
   const std::vector<double>& mass;            ///< of a sheet's local particles; 0: no force acts on it [kg]
-  const std::vector<bool>* living = nullptr;  ///< drawn triangles that live; null: all
+  const std::vector<bool>* active = nullptr;  ///< surface triangles that live; null: all
   double time_end = 0;                        ///< time at which the wind is taken [s]
 };
 
-/// The drag of the air on a surface: on each drawn triangle of area A by the cross-flow principle (Hoerner,
+/// The drag of the air on a surface: on each surface triangle of area A by the cross-flow principle (Hoerner,
 /// Fluid-Dynamic Drag, 1965, 3-11), normal and tangential parts apart,
 ///
 ///     F = rho A/2 (C_n |u_n| u_n + C_t |u_t| u_t),  u = wind at the centroid - velocity.
 ///
-/// The points of a triangle get their shares of F (Surface::point_shares), each with its own velocity v_i in u; |u_n|
-/// and |u_t| are of the mean velocity, so that the shares add up to F. A lattice point without mass leaves its share to
-/// the two corners of the triangle. So the force on a particle is
+/// The points of a triangle get their fractions of F (Surface::point_shares), each with its own velocity v_i in u;
+/// |u_n| and |u_t| are of the mean velocity, so that the shares add up to F. A lattice point without mass leaves its
+/// fraction to the two corners of the triangle. So the force on a particle is
 ///
 ///     f_i = b_i - D_i v_i,  D_i symmetric with eigenvalues of at least 0.
 ///
@@ -43,7 +43,7 @@ class AirDrag {
 
   /// D_i [N s/m] and b_i [N] of an owned particle; 0 before the first step.
   const Eigen::Matrix3d& resistance(PetscInt i) const { return resistance_[i]; }
-  Eigen::Vector3d push(PetscInt i) const { return push_.col(i); }
+  Eigen::Vector3d push(PetscInt i) const { return impulse_.col(i); }
   /// D of the owned particles [N s/m].
   const std::vector<Eigen::Matrix3d>& resistances() const { return resistance_; }
 
@@ -58,7 +58,7 @@ class AirDrag {
   AirOptions options_;
   Wind wind_;
   std::vector<Eigen::Matrix3d> resistance_;  ///< D of the owned particles
-  Eigen::Matrix3Xd push_;                    ///< b of the owned particles
+  Eigen::Matrix3Xd impulse_;                 ///< b of the owned particles
 };
 
 }  // namespace air

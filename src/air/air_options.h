@@ -1,6 +1,6 @@
 #pragma once
 
-#include "base/options.h"
+#include "options/options.h"
 
 namespace pellicle {
 inline namespace air {
@@ -8,7 +8,7 @@ inline namespace air {
 /// Motion of the air.
 struct WindOptions {
   Rows velocity;          ///< time [s], x, y, z [m/s]; none: still air
-  double turbulence = 0;  ///< rms of each component of the fluctuations, as a share of the speed
+  double turbulence = 0;  ///< rms of each component of the fluctuations, as a fraction of the speed
   double length = 0.2;    ///< integral length of the fluctuations [m]
   int seed = 1;           ///< of the fluctuations
 };

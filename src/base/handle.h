@@ -28,7 +28,7 @@ class Handle {
   /// The object itself, for calls that use it.
   operator T() const { return object_; }  // NOLINT(google-explicit-constructor)
 
-  /// The slot for a creating call: `check(MatCreate(comm, a.create()));` An object held before is destroyed.
+  /// The slot for a creating call: `check(MatCreate(comm, a.create()));` An object constrained before is destroyed.
   T* create() {
     if (object_ != nullptr) {
       destroy(&object_);

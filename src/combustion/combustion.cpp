@@ -59,7 +59,7 @@ void set_target_lengths(TargetLengths& lengths, const Sheet& sheet, const std::v
   }
 }
 
-void set_surface_lengths(TargetLengths& lengths, const Sheet& sheet, const Living& living,
+void set_surface_lengths(TargetLengths& lengths, const Sheet& sheet, const ActiveSet& active,
                          const std::vector<double>& ratio) {
   const auto at = [&ratio](PetscInt i) { return ratio[i]; };
   for (const Colour colour : all_colours) {
@@ -73,7 +73,7 @@ void set_surface_lengths(TargetLengths& lengths, const Sheet& sheet, const Livin
       int triangles = 0;
       for (const PetscInt triangle : springs.triangles[s]) {
         const bool is_of_one_layer = colour == Colour::blue || colour == Colour::green;
-        if (is_of_one_layer && triangle >= 0 && living.triangles[triangle]) {
+        if (is_of_one_layer && triangle >= 0 && active.triangles[triangle]) {
           const auto& [corner, next, lattice] = sheet.triangles[triangle];
           across += colour == Colour::blue ? at(lattice) : (at(corner) + at(next)) / 2;
           ++triangles;

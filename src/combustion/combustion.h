@@ -5,7 +5,7 @@
 
 #include "combustion/combustion_options.h"
 #include "parallel/field.h"
-#include "surface/living.h"
+#include "surface/active_set.h"
 #include "surface/sheet.h"
 
 namespace pellicle {
@@ -30,7 +30,7 @@ struct BurnInput {
 double burn(Field& mass, Field& mass_change, const Surface& surface, const BurnInput& input,
             const CombustionOptions& options);
 
-/// Burnt share of the combustible mass, (m^init - m) / (m^init - m^min), in [0, 1].
+/// Burnt fraction of the combustible mass, (m^init - m) / (m^init - m^min), in [0, 1].
 /// @param mass_ratio m/m^init
 double burnt_share(double mass_ratio, const CombustionOptions& options);
 
@@ -51,8 +51,8 @@ void set_target_lengths(TargetLengths& lengths, const Sheet& sheet, const std::v
 /// Target lengths for a sheet as a material, whose layers are one surface: where the layers shrink differently, a
 /// spring has the mean of both as its length. So a blue spring's length follows half from its own ends and half from
 /// those of the green one that crosses it, and conversely. Not collective.
-/// @param living springs that have not burnt, ghosts up to date @param ratio v of all local particles
-void set_surface_lengths(TargetLengths& lengths, const Sheet& sheet, const Living& living,
+/// @param active springs that have not burnt, ghosts up to date @param ratio v of all local particles
+void set_surface_lengths(TargetLengths& lengths, const Sheet& sheet, const ActiveSet& active,
                          const std::vector<double>& ratio);
 
 }  // namespace combustion

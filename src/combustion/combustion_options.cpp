@@ -1,6 +1,6 @@
 #include "combustion/combustion_options.h"
 
-#include "base/options.h"
+#include "options/options.h"
 
 namespace pellicle {
 inline namespace combustion {

@@ -4,9 +4,9 @@
 #include <vector>
 
 namespace pellicle {
-inline namespace base {
+inline namespace options {
 class OptionTable;
-}  // namespace base
+}  // namespace options
 inline namespace combustion {
 
 /// Loss of mass by burning and the resulting shrinkage (burning paper, section 6).
@@ -20,7 +20,7 @@ struct CombustionOptions {
   double min_mass = 0.3;                          ///< m^min, as a fraction of the initial mass
   double initial_density = 800;                   ///< rho of the unburnt material [kg/m^3]
   double burnt_density = 320;                     ///< rho at m^min [kg/m^3]
-  double char_stiffness = 1;                      ///< share of a balloon's stiffness at m^min
+  double char_stiffness = 1;                      ///< fraction of a balloon's stiffness at m^min
 };
 
 /// Declares the options `combustion.*`.

@@ -12,7 +12,7 @@ struct FrontInput {
   double diffusivity = 0;   ///< alpha [m^2/s]
   double burning_heat = 0;  ///< eta [K]
   double ambient = 0;       ///< T_0 of the unheated sheet [K]
-  double loss_mass = 0;     ///< m^loss, as a share of the initial mass
+  double loss_mass = 0;     ///< m^loss, as a fraction of the initial mass
 };
 
 /// A fire front of constant speed.

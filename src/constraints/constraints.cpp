@@ -16,7 +16,8 @@ inline namespace constraints {
 
 namespace {
 
-/// Distance, as a share of the mesh's size, up to which a vertex is in a plane; normals that differ by less are equal.
+/// Distance, as a fraction of the mesh's size, up to which a vertex is in a plane; normals that differ by less are
+/// equal.
 constexpr double nearness = 1e-6;
 
 struct Plane {

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "base/options.h"
 #include "constraints/pins.h"
 #include "geometry/projectors.h"
+#include "options/options.h"
 #include "surface/surface.h"
 #include "surface/symmetry_planes.h"
 

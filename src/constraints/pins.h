@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "base/options.h"
 #include "constraints/selection.h"
+#include "options/options.h"
 #include "parallel/field.h"
 #include "surface/surface.h"
 
@@ -18,7 +18,7 @@ inline namespace constraints {
 struct PinOptions : SelectionOptions {
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< [m/s]
   Rows path;                                           ///< time [s], displacement [m]
-  bool clamped = false;                                ///< whether the sheet's direction at its edge is held, too
+  bool clamped = false;  ///< whether the sheet's direction at its edge is constrained, too
   /// Of a program: displacement [m] at a time [s], in place of path and velocity; empty: these count. Attachments
   /// ignore it.
   std::function<Eigen::Vector3d(double time)> motion;
@@ -47,7 +47,7 @@ class Pins {
   /// Whether each local particle, ghosts included, is pinned.
   const std::vector<bool>& pinned() const { return pinned_; }
 
-  /// For each local particle, ghosts included, whether its tangent plane is held as well.
+  /// For each local particle, ghosts included, whether its tangent plane is constrained as well.
   std::vector<bool> clamped() const;
 
   /// Sets the positions of pinned local particles, ghosts included, at `time` [s]. Not collective.

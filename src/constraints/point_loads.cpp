@@ -51,8 +51,8 @@ PointLoads::PointLoads(const Surface& points, std::vector<double> areas,
       throw Error(key + fault);
     }
     std::vector<double> stiffness = shares_of(key, given);
-    for (double& share : stiffness) {
-      share *= given.total_stiffness;
+    for (double& fraction : stiffness) {
+      fraction *= given.total_stiffness;
     }
     attachments_.push_back({given.velocity, given.path, std::move(stiffness), Eigen::Vector3d::Zero()});
   }
@@ -75,8 +75,8 @@ std::vector<double> PointLoads::shares(std::size_t load) const {
   }
   const double total =
       sum_over_ranks(points_->comm(), std::accumulate(result.begin(), result.begin() + points_->particles.owned, 0.0));
-  for (double& share : result) {
-    share /= total;
+  for (double& fraction : result) {
+    fraction /= total;
   }
   return result;
 }
@@ -101,8 +101,8 @@ PointPotential PointLoads::at(PetscInt particle, const Eigen::Vector3d& x) const
     sum.hessian.diagonal().array() += stiffness;
   }
   for (const Push& push : pushes_) {
-    sum.value -= push.share[particle] * push.force.dot(displacement);
-    sum.gradient -= push.share[particle] * push.force;
+    sum.value -= push.fraction[particle] * push.force.dot(displacement);
+    sum.gradient -= push.fraction[particle] * push.force;
   }
   return sum;
 }

@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "base/options.h"
 #include "constraints/pins.h"
+#include "energies/vertex_potential.h"
+#include "options/options.h"
 #include "parallel/field.h"
-#include "solvers/vertex_potential.h"
 #include "surface/surface.h"
 
 namespace pellicle {
@@ -16,14 +16,14 @@ inline namespace constraints {
 
 /// Vertices tied to moving places by springs of zero length: one of the named objects `attachments`, a soft pin.
 struct AttachmentOptions : PinOptions {
-  double total_stiffness = 1e3;  ///< of all springs; each has its vertex's share of the area [N/m]
+  double total_stiffness = 1e3;  ///< of all springs; each has its vertex's fraction of the area [N/m]
 };
 
 void describe(OptionTable& table, AttachmentOptions& options);
 
 /// A force on a region: one of the named objects `forces`.
 struct PushOptions : SelectionOptions {
-  Rows force;  ///< time [s], x, y, z [N] in total; each vertex gets its share of the area
+  Rows force;  ///< time [s], x, y, z [N] in total; each vertex gets its fraction of the area
 };
 
 void describe(OptionTable& table, PushOptions& options);
@@ -62,8 +62,8 @@ class PointLoads {
   };
   struct Push {
     Rows path;
-    std::vector<double> share;  ///< of each local particle
-    Eigen::Vector3d force;      ///< in total, at the end of the step [N]
+    std::vector<double> fraction;  ///< of each local particle
+    Eigen::Vector3d force;         ///< in total, at the end of the step [N]
   };
 
   /// Share of each local particle in the area on which a load acts; 0: it does not act there. Collective.

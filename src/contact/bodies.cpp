@@ -274,12 +274,12 @@ std::string words_of(MPI_Comm comm, const Body& body, Inside inside, PetscInt al
 }  // namespace
 
 std::string particles_inside(const std::vector<Body>& bodies, double time, const Layout& particles,
-                             const Field& positions, const std::vector<bool>& held, double least) {
+                             const Field& positions, const std::vector<bool>& constrained, double least) {
   for (const Body& body : bodies) {
     const Solid solid = body.at(time);
     Inside inside(body, least);
     for (PetscInt i = 0; i < particles.owned; ++i) {
-      if (!held[i]) {
+      if (!constrained[i]) {
         inside.add(body.margin - signed_distance(solid, positions.vector(i)).distance);
       }
     }
@@ -292,10 +292,10 @@ std::string particles_inside(const std::vector<Body>& bodies, double time, const
 }
 
 std::string triangles_inside(const std::vector<Body>& bodies, double time, const Surface& surface,
-                             const Field& positions, const std::vector<bool>& held, double least) {
+                             const Field& positions, const std::vector<bool>& constrained, double least) {
   const std::size_t per_element = surface.triangles_per_element;
   const auto owned = static_cast<std::size_t>(surface.elements.owned) * per_element;
-  const auto is_held = [&held](PetscInt i) { return held[i]; };
+  const auto is_held = [&constrained](PetscInt i) { return constrained[i]; };
   for (const Body& body : bodies) {
     const Solid solid = body.at(time);
     Inside inside(body, least);

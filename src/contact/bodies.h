@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "base/options.h"
 #include "geometry/solids.h"
+#include "options/options.h"
 #include "parallel/field.h"
 #include "surface/surface.h"
 
@@ -90,14 +90,14 @@ bool any_rebounds(const std::vector<Body>& bodies);
 
 /// Message that names the first body in which free particles are at a time, its margin included, and their number;
 /// empty if there is none. Collective.
-/// @param held local particles that are left out
+/// @param constrained local particles that are left out
 /// @param least depth at which a particle counts, at most half the depth of the body [m]
 std::string particles_inside(const std::vector<Body>& bodies, double time, const Layout& particles,
-                             const Field& positions, const std::vector<bool>& held, double least);
-/// Like particles_inside, for drawn triangles, which a body may pierce between their corners. Triangles with a held
-/// corner are left out, and so are the margins of bodies. Collective.
+                             const Field& positions, const std::vector<bool>& constrained, double least);
+/// Like particles_inside, for surface triangles, which a body may pierce between their corners. Triangles with a
+/// constrained corner are left out, and so are the margins of bodies. Collective.
 std::string triangles_inside(const std::vector<Body>& bodies, double time, const Surface& surface,
-                             const Field& positions, const std::vector<bool>& held, double least);
+                             const Field& positions, const std::vector<bool>& constrained, double least);
 
 }  // namespace contact
 }  // namespace pellicle

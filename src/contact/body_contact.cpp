@@ -54,8 +54,8 @@ Eigen::Matrix3d gap_curvature(const Solid& solid, const Eigen::Vector3d& x) {
 }  // namespace
 
 double contact_thickness(const Surface& surface, const ContactOptions& options) {
-  constexpr double share = 0.1;
-  return options.thickness ? *options.thickness : share * mean_side(surface);
+  constexpr double fraction = 0.1;
+  return options.thickness ? *options.thickness : fraction * mean_side(surface);
 }
 
 BodyContact::BodyContact(const Surface& surface, const std::map<std::string, BodyOptions>& bodies,
@@ -81,7 +81,7 @@ BodyContact::BodyContact(const Surface& surface, const std::map<std::string, Bod
   }
   const double side = mean_side(surface);
   for (const Body& body : this->bodies()) {
-    // The sagitta of a side, side^2 / (8 depth), is more than this share of the thickness.
+    // The sagitta of a side, side^2 / (8 depth), is more than this fraction of the thickness.
     is_sampled_.push_back(side * side > sampled_from * thickness() * 8 * depth_of(body.shape));
     std::vector<double>& of_particles = nearer_.emplace_back();
     for (PetscInt i = 0; i < surface.particles.local(); ++i) {
@@ -243,7 +243,7 @@ std::vector<VertexPair> BodyContact::pattern() const {
 }
 
 void BodyContact::update_hessian(const Field& x, Curvature curvature) {
-  gap_curvature_share_ = curvature == Curvature::exact ? 1 - positive_share_ : 0;
+  gap_curvature_share_ = curvature == Curvature::exact ? 1 - psd_blend_ : 0;
   std::fill(hessian_.begin(), hessian_.end(), Eigen::Matrix3d::Zero());
   for (std::size_t b = 0; b < bodies().size(); ++b) {
     for (std::size_t i = 0; i < pressed_[b].friction.size(); ++i) {
@@ -366,8 +366,8 @@ void BodyContact::add_deepest(bool at_start, double below, std::size_t triangle,
     const Eigen::Vector3d& end = at[next];
     auto side = deepest_point(solid, {at[k], end, end}, below + margin, BodySweep::gap_error * thickness());
     if (side) {
-      const double share = side->weights[0];
-      side->weights = share * Eigen::Vector3d::Unit(k) + (1 - share) * Eigen::Vector3d::Unit(next);
+      const double fraction = side->weights[0];
+      side->weights = fraction * Eigen::Vector3d::Unit(k) + (1 - fraction) * Eigen::Vector3d::Unit(next);
       add(*side);
     }
   }
@@ -396,7 +396,7 @@ void BodyContact::start_from(const Field& /*start*/, Field& x, double /*h*/) {
   add_points(found);
 }
 
-bool BodyContact::renew(const Field& x) {
+bool BodyContact::refresh(const Field& x) {
   if (empty() || ++rounds_ > most_rounds) {
     return false;
   }

@@ -8,9 +8,9 @@
 #include "contact/body_sweep.h"
 #include "contact/contact_options.h"
 #include "contact/slip.h"
+#include "energies/potential.h"
+#include "energies/vertex_potential.h"
 #include "geometry/deepest_point.h"
-#include "solvers/potential.h"
-#include "solvers/vertex_potential.h"
 #include "surface/surface.h"
 
 namespace pellicle {
@@ -19,17 +19,17 @@ inline namespace contact {
 /// Bodies that press on an elastic sheet or a balloon: a Barrier, cubic in the outermost twentieth, of the gap between
 /// a body's surface, with its margin, and
 ///
-/// - each particle, which has its share of the undeformed area;
+/// - each particle, which has its fraction of the undeformed area;
 /// - samples of each element (the middles of its sides and of a quad), where the body is so round that these come
 ///   nearer than the particles by a tenth of the thickness;
-/// - each drawn triangle, in the points where its face and its sides are deepest, if these are nearer than all of the
+/// - each surface triangle, in the points where its face and its sides are deepest, if these are nearer than all of the
 ///   above. They are found at the start of a step and where Newton's method begins, and again where it has ended if a
-///   triangle is then in a body by a twentieth of the thickness: Newton's method goes on then (`renew`). It also goes
+///   triangle is then in a body by a twentieth of the thickness: Newton's method goes on then (`refresh`). It also goes
 ///   on where a point is that deep, and that point becomes stiffer.
 ///
 /// A point that is nearer to a body than the thickness when undeformed presses only when it comes nearer than it was.
 ///
-/// So no drawn triangle ends deeper in a body than `tolerance` of the thickness; otherwise the step has failed
+/// So no surface triangle ends deeper in a body than `tolerance` of the thickness; otherwise the step has failed
 /// (`fault`). The positive Hessian leaves out the curvature of the body.
 ///
 /// Friction is mu N s(|u|) at these points, with the slip u along the surface relative to the body over the step. As in
@@ -54,9 +54,11 @@ class BodyContact : public Potential {
   void set_stiffness(double stiffness) { stiffness_ = stiffness; }
 
   /// Sets on which part of the surface bodies act from the next step on; all of it at first. Not collective.
-  /// @param held local particles that do not move, because they are pinned or burnt
-  /// @param living drawn triangles of the local elements that are there; null: all
-  void set_surface(const std::vector<bool>& held, const std::vector<bool>* living) { sweep_.set_surface(held, living); }
+  /// @param constrained local particles that do not move, because they are pinned or burnt
+  /// @param active surface triangles of the local elements that are there; null: all
+  void set_surface(const std::vector<bool>& constrained, const std::vector<bool>* active) {
+    sweep_.set_surface(constrained, active);
+  }
   /// Begins a step. Collective.
   /// @param start positions at the beginning of the step [m], ghosts up to date
   /// @param time_end at which forces are in balance [s] @param h length of the step until then [s]
@@ -73,10 +75,10 @@ class BodyContact : public Potential {
   std::vector<VertexPair> pattern() const override;
   PetscInt pattern_version() const override { return version_; }
   void update_hessian(const Field& x, Curvature curvature) override;
-  void set_positive_share(double share) override { positive_share_ = share; }
+  void set_psd_blend(double fraction) override { psd_blend_ = fraction; }
   void add_hessian(const HessianBlocks& blocks) const override;
   void start_from(const Field& start, Field& x, double h) override;
-  bool renew(const Field& x) override;
+  bool refresh(const Field& x) override;
   bool limits() const override { return !empty(); }
   bool limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matrix3Xd> step) override;
 
@@ -153,8 +155,8 @@ class BodyContact : public Potential {
   std::vector<Eigen::Matrix3d> hessian_;  ///< of the owned particles [N/m]
   PetscInt version_ = 0;
   int rounds_ = 0;                  ///< how often Newton's method has gone on in the step
-  double positive_share_ = 0;       ///< set by set_positive_share
-  double gap_curvature_share_ = 0;  ///< share of the bodies' curvature in the Hessian
+  double psd_blend_ = 0;            ///< set by set_psd_blend
+  double gap_curvature_share_ = 0;  ///< fraction of the bodies' curvature in the Hessian
 };
 
 /// Gap below which bodies press on a surface: as given, or else a tenth of the mean side of the mesh [m]. Collective.

@@ -47,12 +47,12 @@ BodyCorrection::BodyCorrection(const Surface& surface, const std::map<std::strin
       last_(bodies_.empty() ? Field() : Field(surface.particles, 3)),
       is_touched_(surface.particles.owned, false) {}
 
-void BodyCorrection::begin_step(const ContactStep& step, const std::vector<bool>* living) {
+void BodyCorrection::begin_step(const ContactStep& step, const std::vector<bool>* active) {
   std::fill(force_.begin(), force_.end(), Eigen::Vector3d::Zero());
   std::fill(is_touched_.begin(), is_touched_.end(), false);
   is_moved_ = false;
   if (!empty()) {
-    sweep_.set_surface(step.pinned, living);
+    sweep_.set_surface(step.pinned, active);
     sweep_.begin_step(step.start, step.time_end, step.h);
   }
 }
@@ -151,10 +151,10 @@ bool BodyCorrection::push_triangles(Field& positions, const ContactStep& step, c
         const Eigen::Vector3d x = at_point(point, positions);
         const Eigen::Vector3d by = corrected(b, deepest.gap, 0, at_point(point, step.start), x) - x;
         for (std::size_t k = 0; k < 4; ++k) {
-          const double share = (*shares)[k];
-          if (share > 0 && point.particles[k] < surface_.particles.owned) {
+          const double fraction = (*shares)[k];
+          if (fraction > 0 && point.particles[k] < surface_.particles.owned) {
             Move& move = moves[{b, point.particles[k]}];
-            const Eigen::Vector3d wanted = share * by;
+            const Eigen::Vector3d wanted = fraction * by;
             move.length = std::max(move.length, wanted.norm());
             move.sum += wanted;
           }

@@ -28,14 +28,14 @@ struct ContactStep {
 /// Coulomb friction adds up over the calls of a step: a point that is pushed out of a body by d may lose up to mu d of
 /// its displacement along the surface relative to the body, as by an impulse m d/h.
 ///
-/// Particles keep the margin of a body; drawn triangles only stay outside the body. Where the margin is a few sagittas
-/// of the triangles' sides, the particles alone ensure this.
+/// Particles keep the margin of a body; surface triangles only stay outside the body. Where the margin is a few
+/// sagittas of the triangles' sides, the particles alone ensure this.
 ///
-/// Nothing passes through a body between two calls: particles and drawn triangles are stopped at its middle, and from
+/// Nothing passes through a body between two calls: particles and surface triangles are stopped at its middle, and from
 /// there pushed out on the side from which they came.
 class BodyCorrection {
  public:
-  static constexpr double tolerance = 0.1;  ///< share of the thickness by which a drawn triangle may enter a body
+  static constexpr double tolerance = 0.1;  ///< fraction of the thickness by which a surface triangle may enter a body
 
   /// Collective. The surface must outlive this object. @param thickness largest gap that the loads report [m]
   /// @throws Error as make_bodies does
@@ -45,14 +45,14 @@ class BodyCorrection {
   bool empty() const { return bodies().empty(); }
 
   /// Forgets the forces of the last step. Not collective.
-  /// @param living drawn triangles of the local elements that are there; null: all
-  void begin_step(const ContactStep& step, const std::vector<bool>* living);
+  /// @param active surface triangles of the local elements that are there; null: all
+  void begin_step(const ContactStep& step, const std::vector<bool>* active);
 
   /// Puts the particles that are inside a body on its surface (burning paper, eq. 14), friction included. To be called
   /// at every projection step. Collective. @param positions [m], ghosts up to date before and after
   void correct_positions(Field& positions, const ContactStep& step);
 
-  /// Moves drawn triangles out of bodies at the end of a step, after `correct_positions`: the deepest point of each
+  /// Moves surface triangles out of bodies at the end of a step, after `correct_positions`: the deepest point of each
   /// moves its corners by their shares in it and inversely to their masses, until none is deeper in a body than half of
   /// the tolerance. Collective. @returns whether any triangle was moved, on any rank
   bool correct_triangles(Field& positions, const ContactStep& step);

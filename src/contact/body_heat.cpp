@@ -16,7 +16,7 @@ namespace {
 
 /// Limits below which a part of a triangle is integrated by one quadrature.
 struct Fineness {
-  double change;  ///< from a bound of the gap to the largest gap found, as a share of the reach
+  double change;  ///< from a bound of the gap to the largest gap found, as a fraction of the reach
   int divisions;  ///< the most
 };
 constexpr Fineness at_convex{0.5, 8};
@@ -54,7 +54,7 @@ struct HotSolid {
   }
 };
 
-/// A drawn triangle near a body, over which the weight is integrated.
+/// A surface triangle near a body, over which the weight is integrated.
 class DrawnTriangle {
  public:
   /// @param lift vector from the drawn layer to the other one [m]; none: there is one layer
@@ -63,7 +63,7 @@ class DrawnTriangle {
                 bool has_centre)
       : hot_(hot), corners_(corners), lift_(lift), has_centre_(has_centre) {}
 
-  /// Integral over the triangle of weight times share of each corner [m^2].
+  /// Integral over the triangle of weight times fraction of each corner [m^2].
   Eigen::Vector3d integral() const {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     add({Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY(), Eigen::Vector3d::UnitZ()}, area(), 0, sum);
@@ -156,11 +156,11 @@ bool is_far(const Surface& surface, std::size_t element, const BodyHeatInput& in
 }
 
 /// Divides the heat that a quad takes among its four corners: in the proportions of `given`, except that each corner
-/// counts as if the living triangles of the quad had the same area.
-/// @param given integrals of weight times share of the corners @param area of the quad's triangles, 0 of dead ones
+/// counts as if the active triangles of the quad had the same area.
+/// @param given integrals of weight times fraction of the corners @param area of the quad's triangles, 0 of dead ones
 std::array<double, 4> divided(const std::array<double, 4>& given, const std::array<double, 4>& area) {
-  const auto living = static_cast<double>(std::count_if(area.begin(), area.end(), [](double a) { return a > 0; }));
-  const double mean = (area[0] + area[1] + area[2] + area[3]) / living;
+  const auto active = static_cast<double>(std::count_if(area.begin(), area.end(), [](double a) { return a > 0; }));
+  const double mean = (area[0] + area[1] + area[2] + area[3]) / active;
   std::array<double, 4> result{};
   double sum_given = 0;
   double sum = 0;
@@ -201,7 +201,7 @@ Eigen::VectorXd body_conductance(const Surface& surface, const Body& body, const
     std::array<double, 4> of_corner{};
     for (std::size_t k = 0; k < per_element; ++k) {
       const std::size_t t = per_element * e + k;
-      if (!input.living.triangles[t]) {
+      if (!input.active.triangles[t]) {
         continue;
       }
       const Triangle corners = places(surface.triangles[t]);

@@ -11,8 +11,9 @@ inline namespace contact {
 
 namespace {
 
-constexpr double surface_gap = 0.7;  ///< gap at which what comes from outside is stopped, as a share of the thickness
-constexpr double least_free = 0.1;   ///< least weight of free particles in a point that can move it
+constexpr double surface_gap =
+    0.7;                            ///< gap at which what comes from outside is stopped, as a fraction of the thickness
+constexpr double least_free = 0.1;  ///< least weight of free particles in a point that can move it
 
 double longest_side(const std::array<Eigen::Vector3d, 3>& corners) {
   return std::max(
@@ -69,8 +70,8 @@ std::optional<std::array<double, 4>> BodySweep::shares(const PointWeights& point
   if (free < least_free) {
     return std::nullopt;
   }
-  for (double& share : shares) {
-    share /= sum;
+  for (double& fraction : shares) {
+    fraction /= sum;
   }
   return shares;
 }
@@ -79,13 +80,13 @@ BodySweep::BodySweep(const Surface& surface, std::vector<Body> bodies, double th
     : surface_(surface),
       thickness_(thickness),
       bodies_(std::move(bodies)),
-      held_(surface.particles.local(), false),
+      constrained_(surface.particles.local(), false),
       start_(bodies_.empty() ? Field() : Field(surface.particles, 3)),
       moved_(bodies_.size()) {}
 
-void BodySweep::set_surface(const std::vector<bool>& held, const std::vector<bool>* living) {
-  held_ = held;
-  living_ = living != nullptr ? *living : std::vector<bool>();
+void BodySweep::set_surface(const std::vector<bool>& constrained, const std::vector<bool>* active) {
+  constrained_ = constrained;
+  active_ = active != nullptr ? *active : std::vector<bool>();
 }
 
 void BodySweep::begin_step(const Field& start, double time_end, double h) {
@@ -163,10 +164,10 @@ double BodySweep::least_gap(std::size_t body, const Solid& solid, std::size_t el
   return gap + (solid.is_convex() ? rise : -radius);
 }
 
-/// The deepest point of a triangle, if the triangle is living, not held, and nearer to a body than `below`.
+/// The deepest point of a triangle, if the triangle is active, not constrained, and nearer to a body than `below`.
 std::optional<DeepestPoint> BodySweep::deepest_near(std::size_t body, const Solid& solid, std::size_t triangle,
                                                     const std::array<Eigen::Vector3d, 3>& at, double below) const {
-  if (!living_.empty() && !living_[triangle]) {
+  if (!active_.empty() && !active_[triangle]) {
     return std::nullopt;
   }
   const double margin = bodies_[body].margin;
@@ -180,7 +181,7 @@ std::optional<DeepestPoint> BodySweep::deepest_near(std::size_t body, const Soli
   return std::nullopt;
 }
 
-/// For each local particle the share of its way up to which no drawn triangle, and none of the particles, passes
+/// For each local particle the fraction of its way up to which no surface triangle, and none of the particles, passes
 /// through a body; for particles of other ranks this rank knows a part only. Not collective.
 /// @param is_carried whether `from` are the places at the step's start, moved with the body
 /// @param at_surface whether the way ends at the body's surface; otherwise at its middle
@@ -204,7 +205,7 @@ std::vector<double> BodySweep::safe_shares(std::size_t body, const Field& from, 
     const double there = start_gap(body, i);
     return is_carried ? there : there - (from.vector(i) - carried_place(body, i)).norm();
   };
-  // The share of the way on which the gap, which `gap` gives for a share, stays above a bound.
+  // The fraction of the way on which the gap, which `gap` gives for a fraction, stays above a bound.
   const auto trace = [&](double length, const auto& gap) {
     constexpr int most = 200;
     const double begin = gap(0.0);
@@ -216,19 +217,19 @@ std::vector<double> BodySweep::safe_shares(std::size_t body, const Field& from, 
       }
       bound = begin - 2 * rounding;
     }
-    double share = 0;
+    double fraction = 0;
     double spare = begin - bound;
     for (int n = 0; n < most && spare > rounding; ++n) {
-      if (spare >= (1 - share) * length) {
+      if (spare >= (1 - fraction) * length) {
         return 1.0;
       }
-      share += spare / length;
-      spare = gap(share) - bound;
+      fraction += spare / length;
+      spare = gap(fraction) - bound;
     }
-    return share;
+    return fraction;
   };
-  const auto between = [](const Eigen::Vector3d& a, const Eigen::Vector3d& b, double share) {
-    return Eigen::Vector3d((1 - share) * a + share * b);
+  const auto between = [](const Eigen::Vector3d& a, const Eigen::Vector3d& b, double fraction) {
+    return Eigen::Vector3d((1 - fraction) * a + fraction * b);
   };
   const Solid& solid = after(body);
   for (PetscInt i = 0; i < surface_.particles.owned; ++i) {
@@ -236,13 +237,13 @@ std::vector<double> BodySweep::safe_shares(std::size_t body, const Field& from, 
     const Eigen::Vector3d b = to.vector(i);
     const double length = (b - a).norm();
     if (length > least_gap(i) + middle) {
-      shares[i] =
-          trace(length, [&](double share) { return signed_distance(solid, between(a, b, share)).distance - margin; });
+      shares[i] = trace(
+          length, [&](double fraction) { return signed_distance(solid, between(a, b, fraction)).distance - margin; });
     }
   }
   const std::size_t per_element = surface_.triangles_per_element;
   for (std::size_t t = 0; t < surface_.triangles.size(); ++t) {
-    if (start_gap(body, surface_.triangles[t][0]) >= farthest || (!living_.empty() && !living_[t])) {
+    if (start_gap(body, surface_.triangles[t][0]) >= farthest || (!active_.empty() && !active_[t])) {
       continue;
     }
     const std::size_t element = t / per_element;
@@ -254,16 +255,16 @@ std::vector<double> BodySweep::safe_shares(std::size_t body, const Field& from, 
         (!at_surface && !deepest_point(solid, a, length - middle + margin, rounding))) {
       continue;
     }
-    const double share = trace(length, [&](double way) {
-      const std::array<Eigen::Vector3d, 3> at{between(a[0], b[0], way), between(a[1], b[1], way),
-                                              between(a[2], b[2], way)};
+    const double fraction = trace(length, [&](double displacement) {
+      const std::array<Eigen::Vector3d, 3> at{between(a[0], b[0], displacement), between(a[1], b[1], displacement),
+                                              between(a[2], b[2], displacement)};
       const auto deepest = deepest_point(solid, at, std::numeric_limits<double>::infinity(), rounding);
       return deepest->gap.distance - margin;
     });
-    if (share < 1) {
+    if (fraction < 1) {
       const auto shorten = [&](PetscInt i) {
         double& old = shares[i];
-        old = std::min(old, share);
+        old = std::min(old, fraction);
       };
       if (surface_.has_quads()) {
         std::for_each(surface_.cells[element].begin(), surface_.cells[element].end(), shorten);
@@ -303,10 +304,10 @@ bool BodySweep::shorten(const Field* from, Field& to, bool at_surface, StepLimit
       }
       bool changes = false;
       for (PetscInt i = 0; i < owned && (least < 1 || !shares.empty()); ++i) {
-        const double share = least < 1 ? least : shares[i];
-        if (share < 1 && !is_held(i)) {
+        const double fraction = least < 1 ? least : shares[i];
+        if (fraction < 1 && !is_held(i)) {
           changes = true;
-          to.vector(i) = (1 - share) * begin.vector(i) + share * to.vector(i);
+          to.vector(i) = (1 - fraction) * begin.vector(i) + fraction * to.vector(i);
         }
       }
       if (on_any_rank(surface_.comm(), changes)) {

@@ -9,15 +9,15 @@
 #include <vector>
 
 #include "contact/bodies.h"
+#include "energies/vertex_potential.h"
 #include "geometry/deepest_point.h"
-#include "solvers/vertex_potential.h"
 #include "surface/drawn_places.h"
 #include "surface/surface.h"
 
 namespace pellicle {
 inline namespace contact {
 
-/// Particles and weights of a point of a drawn triangle; unused entries have weight 0.
+/// Particles and weights of a point of a surface triangle; unused entries have weight 0.
 struct PointWeights {
   std::array<PetscInt, 4> particles{};
   std::array<double, 4> weights{};
@@ -63,10 +63,10 @@ class WantedChanges {
   std::map<std::pair<std::size_t, PetscInt>, Change> changes_;  ///< by body and particle
 };
 
-/// Moving bodies: finds a surface's drawn triangles near them and keeps displacements from passing through a body.
+/// Moving bodies: finds a surface's surface triangles near them and keeps displacements from passing through a body.
 class BodySweep {
  public:
-  static constexpr double gap_error = 0.02;  ///< of the gap of a triangle, as a share of the thickness
+  static constexpr double gap_error = 0.02;  ///< of the gap of a triangle, as a fraction of the thickness
 
   /// The surface must outlive this object. @param thickness gap below which bodies press [m]
   BodySweep(const Surface& surface, std::vector<Body> bodies, double thickness);
@@ -75,9 +75,9 @@ class BodySweep {
   double thickness() const { return thickness_; }
 
   /// Sets on which part of the surface bodies act from the next step on; all of it at first. Not collective.
-  /// @param held local particles that do not move, because they are pinned or burnt
-  /// @param living drawn triangles of the local elements that are there; null: all
-  void set_surface(const std::vector<bool>& held, const std::vector<bool>* living);
+  /// @param constrained local particles that do not move, because they are pinned or burnt
+  /// @param active surface triangles of the local elements that are there; null: all
+  void set_surface(const std::vector<bool>& constrained, const std::vector<bool>* active);
   /// Begins a step. Not collective.
   /// @param start positions at the beginning of the step [m], ghosts up to date
   /// @param time_end at the end of the step [s] @param h length of the step [s]
@@ -86,14 +86,14 @@ class BodySweep {
   void set_time(double time_end, double h);
 
   const Field& start() const { return start_; }
-  bool is_held(PetscInt particle) const { return held_[particle]; }
+  bool is_held(PetscInt particle) const { return constrained_[particle]; }
   double h() const { return h_; }                                              ///< [s]
   double time() const { return time_; }                                        ///< of the step's start [s]
   const Solid& before(std::size_t body) const { return moved_[body].before; }  ///< the body at the step's start
   const Solid& after(std::size_t body) const { return moved_[body].after; }    ///< the body at the step's end
   /// Message that names the body in which particles are deeper than `least` at the step's start, or empty. Collective.
   std::string start_fault(double least) const {
-    return h_ > 0 ? particles_inside(bodies_, time_, surface_.particles, start_, held_, least) : "";
+    return h_ > 0 ? particles_inside(bodies_, time_, surface_.particles, start_, constrained_, least) : "";
   }
   /// Gap between a body with its margin and a local particle at the step's start [m].
   double start_gap(std::size_t body, PetscInt particle) const { return moved_[body].start_gap[particle]; }
@@ -114,9 +114,9 @@ class BodySweep {
     return carried_place(body, start_.vector(particle));
   }
 
-  /// Calls `take` with each body, each drawn triangle of the local elements that is nearer to it than `below`, the
-  /// triangle's corners and its deepest point; not with triangles that are held, nor for half spaces, where a corner is
-  /// the deepest point. Not collective.
+  /// Calls `take` with each body, each surface triangle of the local elements that is nearer to it than `below`, the
+  /// triangle's corners and its deepest point; not with triangles that are constrained, nor for half spaces, where a
+  /// corner is the deepest point. Not collective.
   /// @param at_start whether bodies are in their poses at the step's start; otherwise at its end
   /// @param with restricts the visit to triangles of elements that have one of these local particles; null: all
   template <class Take>
@@ -145,8 +145,8 @@ class BodySweep {
     }
   }
 
-  /// Draws the places `to` back towards those at the step's start, moved with the near bodies, until no drawn triangle,
-  /// and no particle, comes nearer to a body than 0.7 of the thickness on its way there. Collective.
+  /// Draws the places `to` back towards those at the step's start, moved with the near bodies, until no surface
+  /// triangle, and no particle, comes nearer to a body than 0.7 of the thickness on its way there. Collective.
   /// @returns whether anything was drawn back, on any rank
   bool stop_at_surface(Field& to) const;
   /// Draws the places `to` back so that nothing passes the middle of a body, or goes deeper if it is beyond already.
@@ -177,10 +177,10 @@ class BodySweep {
   const Surface& surface_;
   double thickness_;  ///< [m]
   std::vector<Body> bodies_;
-  std::vector<bool> held_;
-  std::vector<bool> living_;  ///< empty: all drawn triangles are there
+  std::vector<bool> constrained_;
+  std::vector<bool> active_;  ///< empty: all surface triangles are there
   Field start_;
-  double longest_side_ = 0;  ///< of the drawn triangles at the start [m]
+  double longest_side_ = 0;  ///< of the surface triangles at the start [m]
   double h_ = 0;             ///< [s]
   double time_ = 0;          ///< of the step's start [s]
   std::vector<Moved> moved_;

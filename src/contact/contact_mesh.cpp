@@ -60,9 +60,9 @@ ContactMesh::ContactMesh(const ContactSurface& surface)
       places_(surface.particles(), 3) {
   for (PetscInt e = 0; e < surface.elements().local(); ++e) {
     const ContactSurface::Element& element = surface.element(e);
-    const double share = element.is_quad() ? (1 - centre_share) / 4 : 1.0 / 3;
+    const double fraction = element.is_quad() ? (1 - centre_share) / 4 : 1.0 / 3;
     for (std::size_t k = 0; k < (element.is_quad() ? 4 : 3); ++k) {
-      particle_area_[element.corners[k]] += share * element.area;
+      particle_area_[element.corners[k]] += fraction * element.area;
     }
   }
   update_ghosts(surface.particles(), particle_area_);
@@ -101,7 +101,7 @@ Box ContactMesh::box(PetscInt element, const Motion& motion) const {
 }
 
 /// Sends the owned elements to the ranks whose boxes they meet. Collective.
-/// @param own owned elements with living triangles @param boxes of these elements and of all others that touch this
+/// @param own owned elements with active triangles @param boxes of these elements and of all others that touch this
 /// rank's particles @param margin by which this rank's boxes are widened [m]
 /// @returns the elements from other ranks, in the order of these
 std::vector<ContactMesh::Element> ContactMesh::receive(const std::vector<Element>& own, const std::vector<Box>& boxes,

@@ -12,8 +12,8 @@
 namespace pellicle {
 inline namespace contact {
 
-/// The drawn triangles that may touch this rank's part of a surface: its own, and those of other ranks that are near in
-/// space.
+/// The surface triangles that may touch this rank's part of a surface: its own, and those of other ranks that are near
+/// in space.
 ///
 /// The corners of triangles are points: first the particles of `reach()`, then the centres of quads, each of which
 /// stands at the mean of four particles.
@@ -91,7 +91,7 @@ class ContactMesh {
   struct Element {
     PetscInt number = 0;                              ///< global
     std::array<PetscInt, 4> corners{-1, -1, -1, -1};  ///< global numbers of the particles
-    std::array<bool, 4> lives{};                      ///< of its drawn triangles
+    std::array<bool, 4> lives{};                      ///< of its surface triangles
     double area = 0;                                  ///< [m^2]
   };
   template <class Values>

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "base/choice.h"
-#include "base/options.h"
+#include "options/choice.h"
+#include "options/options.h"
 
 namespace pellicle {
 inline namespace contact {
@@ -20,7 +20,7 @@ inline const std::vector<std::string>& names_of(ContactStart) {
 /// Options of contact of surfaces with bodies, each other and themselves.
 struct ContactOptions {
   bool self = false;                ///< whether drawn surfaces keep apart from each other and from themselves
-  std::optional<double> thickness;  ///< gap below which surfaces press [m]; none: a share of the mean side
+  std::optional<double> thickness;  ///< gap below which surfaces press [m]; none: a fraction of the mean side
   std::optional<double> stiffness;  ///< pressure over depth [Pa/m]; none: usual_contact_stiffness
   double friction = 0;              ///< Coulomb's coefficient between surfaces
   Choice<ContactStart> start = ContactStart::accept;

@@ -4,31 +4,32 @@
 #include <cmath>
 #include <limits>
 
-#include "contact/lips.h"
+#include "contact/crack_faces.h"
 
 namespace pellicle {
 inline namespace contact {
 
 namespace {
 
-/// Undeformed distances below twice this share of the thickness count as zero.
+/// Undeformed distances below twice this fraction of the thickness count as zero.
 constexpr double least_share = 1e-3;
 /// Share of the thickness below which the barrier without bound acts.
 constexpr double steep_share = 0.1;
-/// Distances below this share of the thickness are rounding: they do not tell on which side of each other features are.
+/// Distances below this fraction of the thickness are rounding: they do not tell on which side of each other features
+/// are.
 constexpr double none = 1e-10;
 /// Sine of the angle up to which edges count as nearly parallel, unless contacts are thinner than that times their
 /// lengths: there what presses would be further than the thickness from where the edges cross.
 constexpr double nearly_parallel = 0.1;
 
-/// Looks for pairs of features of drawn triangles. One triangle stands for each point and side, so that each pair comes
-/// once.
+/// Looks for pairs of features of surface triangles. One triangle stands for each point and side, so that each pair
+/// comes once.
 class Search {
  public:
   Search(const ContactMesh& mesh, const Eigen::Matrix3Xd& places) : mesh_(mesh), places_(places) {}
 
   /// @returns whether features touch
-  bool renew(std::vector<ContactPair>& pairs) {
+  bool refresh(std::vector<ContactPair>& pairs) {
     pairs.erase(std::remove_if(pairs.begin(), pairs.end(),
                                [this](ContactPair& pair) {
                                  if (any_of(pair.points, &ContactMesh::Point::is_new)) {
@@ -117,13 +118,13 @@ class Search {
       return;
     }
     const double stiffness = std::min(mesh_.point(points[0]).stiffness, mesh_.point(points[2]).stiffness);
-    // The lips of a crack have less of a gap to press in, and few pairs to resist being pushed together in the sheet's
-    // plane.
-    const double share =
+    // The crack faces of a crack have less of a gap to press in, and few pairs to resist being pushed together in the
+    // sheet's plane.
+    const double fraction =
         (are_lips ? 1 / (lip_share * lip_share) : 1) * (are_edges ? share_of_edges(points, pair.barrier.thickness) : 1);
     const auto area = [&](std::size_t k) { return mesh_.point(points[k]).area; };
     pair.barrier.stiffness =
-        share * stiffness * (are_edges ? (area(0) + area(1) + area(2) + area(3)) / 16 : area(0) / 2);
+        fraction * stiffness * (are_edges ? (area(0) + area(1) + area(2) + area(3)) / 16 : area(0) / 2);
     pairs.push_back(pair);
   }
 
@@ -156,7 +157,7 @@ class Search {
     });
   }
 
-  /// Whether a pair may press, or use up its room.
+  /// Whether a pair may press, or use up its clearance.
   static bool matters(ContactPair& pair, double nearest) {
     pair.may_press = nearest < pair.barrier.thickness;
     return pair.may_press || nearest < (1 - room_share) * pair.distance;
@@ -269,7 +270,7 @@ Eigen::Matrix<double, 12, 12> ContactPair::gap_curvature(const Eigen::Matrix3Xd&
 }
 
 bool renew_contact_pairs(const ContactMesh& mesh, const Eigen::Matrix3Xd& places, std::vector<ContactPair>& pairs) {
-  return Search(mesh, places).renew(pairs);
+  return Search(mesh, places).refresh(pairs);
 }
 
 }  // namespace contact

@@ -48,7 +48,7 @@ struct ContactPair {
 constexpr double room_share = 0.9;
 
 /// Finds the pairs of features without a common point of which this rank owns a part, and which may come to press, or
-/// use up the room between them, within the range of their points' movement. They press from half of their
+/// use up the clearance between them, within the range of their points' movement. They press from half of their
 /// undeformed distance on, if that is less than the thickness: neighbours are near each other at rest. Features that
 /// are in one place undeformed press from `lip_share` of the thickness on, and are no pair as long as they are in one
 /// place. Not collective.

@@ -11,7 +11,7 @@ inline namespace contact {
 
 namespace {
 
-/// The thickness as a share of the mean side of a mesh, unless it is given.
+/// The thickness as a fraction of the mean side of a mesh, unless it is given.
 constexpr double usual_thickness = 0.2;
 
 std::vector<Layout> layouts_of(const std::vector<ContactSurface::Part>& parts, Layout Surface::*layout) {
@@ -35,7 +35,7 @@ ContactSurface::ContactSurface(const std::vector<Part>& parts)
       rest_(3, particles_.layout().local()),
       thickness_(particles_.layout().local()),
       stiffness_(thickness_.size()),
-      living_(parts.size()) {
+      active_(parts.size()) {
   for (std::size_t p = 0; p < parts.size(); ++p) {
     set_stiffness(p, parts[p].stiffness);
     const Surface& part = *parts[p].surface;

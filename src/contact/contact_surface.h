@@ -29,7 +29,7 @@ class ContactSurface {
     std::array<PetscInt, 4> corners{-1, -1, -1, -1};  ///< particles; a triangle's fourth is -1
     PetscInt lattice = -1;                            ///< particle at a quad's centre, owned with the quad; -1: none
     std::size_t part = 0;
-    std::size_t first_triangle = 0;  ///< among the part's drawn triangles
+    std::size_t first_triangle = 0;  ///< among the part's surface triangles
     double area = 0;                 ///< undeformed [m^2]
     bool is_quad() const { return corners[3] >= 0; }
     std::size_t triangles() const { return is_quad() ? 4 : 1; }
@@ -55,11 +55,11 @@ class ContactSurface {
 
   /// Sets the stiffness of a part's contact with itself [Pa/m].
   void set_stiffness(std::size_t part, double stiffness);
-  /// Sets which drawn triangles of a part are living; all at first.
-  void set_living(std::size_t part, std::vector<bool> triangles) { living_[part] = std::move(triangles); }
+  /// Sets which surface triangles of a part are active; all at first.
+  void set_active(std::size_t part, std::vector<bool> triangles) { active_[part] = std::move(triangles); }
   bool lives(const Element& element, std::size_t triangle) const {
-    const std::vector<bool>& living = living_[element.part];
-    return living.empty() || living[element.first_triangle + triangle];
+    const std::vector<bool>& active = active_[element.part];
+    return active.empty() || active[element.first_triangle + triangle];
   }
 
  private:
@@ -71,7 +71,7 @@ class ContactSurface {
   std::vector<double> thickness_;  ///< at the local particles [m]
   std::vector<double> stiffness_;  ///< at the local particles [Pa/m]
   double largest_thickness_ = 0;
-  std::vector<std::vector<bool>> living_;  ///< of each part; empty: all
+  std::vector<std::vector<bool>> active_;  ///< of each part; empty: all
 };
 
 /// Mean undeformed side of a surface's elements [m]. Collective.

@@ -32,12 +32,12 @@ struct Drawn {
 std::vector<Drawn> all_triangles(const std::vector<PlacedSurface>& surfaces) {
   std::vector<Drawn> own;
   for (std::size_t s = 0; s < surfaces.size(); ++s) {
-    const auto& [surface, position, living] = surfaces[s];
+    const auto& [surface, position, active] = surfaces[s];
     const std::size_t each = surface.triangles_per_element;
     for (PetscInt e = 0; e < surface.elements.owned; ++e) {
       const DrawnPlaces places_of(surface, position.data(), e);
       for (std::size_t t = each * e; t < each * (e + 1); ++t) {
-        if (living != nullptr && !(*living)[t]) {
+        if (active != nullptr && !(*active)[t]) {
           continue;
         }
         Drawn drawn{};

@@ -25,10 +25,10 @@ struct Crossings {
 struct PlacedSurface {
   const Surface& surface;
   const Field& position;
-  const std::vector<bool>* living;  ///< of its drawn triangles; null: all of them
+  const std::vector<bool>* active;  ///< of its surface triangles; null: all of them
 };
 
-/// Counts the pairs of drawn triangles without a common corner that cut through each other, all on rank 0, by a test
+/// Counts the pairs of surface triangles without a common corner that cut through each other, all on rank 0, by a test
 /// that has nothing in common with SurfaceContact (count_self_intersections). Collective.
 /// @param surfaces at least one
 /// @param touch distance below which other pairs of triangles touch [m]; 0: these are not looked for. A corner and a

@@ -12,7 +12,8 @@ inline namespace contact {
 
 namespace {
 
-/// Distance by which a particle may leave its expected way before pairs are sought again, as a share of the thickness.
+/// Distance by which a particle may leave its expected way before pairs are sought again, as a fraction of the
+/// thickness.
 constexpr double more_of_thickness = 0.06;
 
 }  // namespace
@@ -24,19 +25,20 @@ SurfaceContact::SurfaceContact(const std::vector<ContactSurface::Part>& parts, c
       is_free_(is_free),
       thickness_(surface_.largest_thickness()),
       mesh_(surface_),
-      held_(surface_.particles().local()),
+      constrained_(surface_.particles().local()),
       start_(surface_.particles(), 3),
       origin_(surface_.particles(), 3),
       low_(surface_.particles(), 3),
       high_(surface_.particles(), 3),
       trial_(surface_.particles(), 3) {}
 
-void SurfaceContact::set_surface(const std::vector<bool>& held, const std::vector<bool>* living, std::size_t part) {
-  for (std::size_t i = 0; i < held.size(); ++i) {
-    held_[joined().local(part, static_cast<PetscInt>(i))] = held[i];
+void SurfaceContact::set_surface(const std::vector<bool>& constrained, const std::vector<bool>* active,
+                                 std::size_t part) {
+  for (std::size_t i = 0; i < constrained.size(); ++i) {
+    constrained_[joined().local(part, static_cast<PetscInt>(i))] = constrained[i];
   }
-  if (living != nullptr) {
-    surface_.set_living(part, *living);
+  if (active != nullptr) {
+    surface_.set_active(part, *active);
   }
 }
 
@@ -133,14 +135,14 @@ void SurfaceContact::search(const Field& x, const Field& to) {
   }
   std::vector<bool> is_new(surface_.particles().local());
   for (PetscInt i = 0; i < surface_.particles().local(); ++i) {
-    const Eigen::Array3d way = to.vector(i) - x.vector(i);
+    const Eigen::Array3d displacement = to.vector(i) - x.vector(i);
     const double more = more_of_thickness * surface_.thickness(i);
-    Eigen::Array3d low = way.min(0.0) - more;
-    Eigen::Array3d high = way.max(0.0) + more;
+    Eigen::Array3d low = displacement.min(0.0) - more;
+    Eigen::Array3d high = displacement.max(0.0) + more;
     const Eigen::Array3d moved = x.vector(i) - origin_.vector(i);
     const Eigen::Array3d old_low = low_.vector(i).array() - moved;
     const Eigen::Array3d old_high = high_.vector(i).array() - moved;
-    if (!is_first && (way >= old_low).all() && (way <= old_high).all()) {
+    if (!is_first && (displacement >= old_low).all() && (displacement <= old_high).all()) {
       low = low.max(old_low);  // Pairs are known up to there.
       high = high.min(old_high);
     } else {
@@ -175,7 +177,7 @@ void SurfaceContact::search(const Field& x, const Field& to) {
   curved_.clear();  // They were in another reach.
 }
 
-/// Measures the known pairs at x, which renews the room between their features. Collective.
+/// Measures the known pairs at x, which renews the clearance between their features. Collective.
 void SurfaceContact::measure_again(const Field& x) {
   room_used_ = std::max(room_used_, room_used(x));
   for (ContactPair& pair : near_) {
@@ -248,7 +250,7 @@ void SurfaceContact::note_rubbing(const Field& x) {
 
 bool SurfaceContact::anything_touched() const { return on_any_rank(surface_.comm(), any_touched_); }
 
-void SurfaceContact::move_on(const Field& x) {
+void SurfaceContact::update_pattern(const Field& x) {
   find_curved(x);
   if (on_any_rank(surface_.comm(), pattern_.size() > told_)) {
     told_ = pattern_.size();
@@ -273,16 +275,16 @@ bool SurfaceContact::limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matr
   to -= reference_;
   std::vector<double> furthest(from.cols());  // that each point can come from its reference
   for (PetscInt point = 0; point < from.cols(); ++point) {
-    double& way = furthest[point];
-    way = from.col(point).norm();
+    double& displacement = furthest[point];
+    displacement = from.col(point).norm();
     const ContactMesh::Particles particles = mesh_.particles(point);
     for (const PetscInt i : particles) {
-      way += particles.weight() * (to.col(i) - from.col(i)).norm();
+      displacement += particles.weight() * (to.col(i) - from.col(i)).norm();
     }
   }
   const auto furthest_of = [&furthest](PetscInt point) { return furthest[point]; };
   std::vector<double> shares(owned, 1);
-  double share = 1;
+  double fraction = 1;
   for (const ContactPair& pair : near_) {
     const double whole_room = std::min(room_share * pair.distance, pair.distance - least_gap * pair.barrier.thickness);
     const double middle = furthest_of(pair.points[1]);
@@ -301,21 +303,21 @@ bool SurfaceContact::limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matr
       const Eigen::Vector3d along = is_second ? pair.normal : Eigen::Vector3d(-pair.normal);
       levels[k] = along.dot(from.col(pair.points[k]));
       const ContactMesh::Particles particles = mesh_.particles(pair.points[k]);
-      for (const PetscInt i : particles) {  // Any of them may be held back by others.
+      for (const PetscInt i : particles) {  // Any of them may be constrained back by others.
         wanted[k] += particles.weight() * std::max(along.dot(to.col(i) - from.col(i)), 0.0);
       }
       level[is_second] = std::max(level[is_second], levels[k]);
       wants[is_second] = std::max(wants[is_second], levels[k] + wanted[k]);
     }
     wants = {wants[0] - level[0], wants[1] - level[1]};
-    const double room = std::max(whole_room - level[0] - level[1], 0.0);
-    if (wants[0] + wants[1] <= room) {
+    const double clearance = std::max(whole_room - level[0] - level[1], 0.0);
+    if (wants[0] + wants[1] <= clearance) {
       continue;
     }
-    share = std::min(share, room / (wants[0] + wants[1]));
+    fraction = std::min(fraction, clearance / (wants[0] + wants[1]));
     for (std::size_t k = 0; k < 4; ++k) {
       const bool is_second = k >= static_cast<std::size_t>(pair.first_feature());
-      const double most = level[is_second] + std::max(room / 2, room - wants[!is_second]);
+      const double most = level[is_second] + std::max(clearance / 2, clearance - wants[!is_second]);
       if (levels[k] + wanted[k] <= most) {
         continue;
       }
@@ -329,13 +331,13 @@ bool SurfaceContact::limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matr
       }
     }
   }
-  share = min_over_ranks(surface_.comm(), share);
-  if (share == 1) {
+  fraction = min_over_ranks(surface_.comm(), fraction);
+  if (fraction == 1) {
     return false;
   }
   any_held_ = true;
   if (how == StepLimit::all_alike) {
-    step *= share;
+    step *= fraction;
   } else {
     shorten(shares, step);
   }
@@ -343,7 +345,7 @@ bool SurfaceContact::limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matr
 }
 
 /// Shortens the steps of drawn particles, and those of lattice points by the mean of their cells' corners. Collective.
-/// @param shares of the owned particles' ways
+/// @param fractions of the owned particles' ways
 void SurfaceContact::shorten(const std::vector<double>& shares, Eigen::Ref<Eigen::Matrix3Xd> step) {
   Field& back = trial_;
   for (PetscInt i = 0; i < surface_.particles().owned; ++i) {
@@ -352,7 +354,7 @@ void SurfaceContact::shorten(const std::vector<double>& shares, Eigen::Ref<Eigen
   back.update_ghosts();
   for (PetscInt e = 0; e < surface_.elements().owned; ++e) {
     const ContactSurface::Element& element = surface_.element(e);
-    if (element.lattice >= 0 && !held_[element.lattice]) {
+    if (element.lattice >= 0 && !constrained_[element.lattice]) {
       for (const PetscInt corner : element.corners) {
         back.vector(element.lattice) += back.vector(corner) / 4;
       }
@@ -428,9 +430,9 @@ std::vector<ContactWork> SurfaceContact::work(const Field& x) const {
   for (std::size_t p = 0; p < works.size(); ++p) {
     const PetscInt first = joined().first_owned(p);
     for (PetscInt i = first; i < first + joined().owned(p); ++i) {
-      const Eigen::Vector3d way = x.vector(i) - start_.vector(i);
-      works[p].pressing -= way.dot(pressing.col(i));
-      works[p].friction -= way.dot(friction.col(i));
+      const Eigen::Vector3d displacement = x.vector(i) - start_.vector(i);
+      works[p].pressing -= displacement.dot(pressing.col(i));
+      works[p].friction -= displacement.dot(friction.col(i));
     }
   }
   static_assert(sizeof(ContactWork) == 2 * sizeof(double));
@@ -438,7 +440,7 @@ std::vector<ContactWork> SurfaceContact::work(const Field& x) const {
   return works;
 }
 
-/// The largest share of its room that a pair has used, on this rank. Sets `places_`. Collective.
+/// The largest fraction of its clearance that a pair has used, on this rank. Sets `places_`. Collective.
 double SurfaceContact::room_used(const Field& x) const {
   mesh_.write_points(x, places_);
   double largest = 0;
@@ -513,7 +515,7 @@ void SurfaceContact::add_places(const Stencil& stencil, std::vector<std::size_t>
 }
 
 void SurfaceContact::update_hessian(const Field& x, Curvature curvature) {
-  kept_curvature_ = curvature == Curvature::positive ? 0 : 1 - positive_share_;
+  kept_curvature_ = curvature == Curvature::psd ? 0 : 1 - psd_blend_;
   if (kept_curvature_ > 0) {
     mesh_.write_points(x, curved_at_);
   }
@@ -606,9 +608,10 @@ std::vector<double> SurfaceContact::load(std::size_t part) const {
   return {first, first + joined().owned(part)};
 }
 
-void SurfaceContact::correct(Field& before, Field& x, const std::vector<double>& mass, const std::vector<bool>& held) {
+void SurfaceContact::correct(Field& before, Field& x, const std::vector<double>& mass,
+                             const std::vector<bool>& constrained) {
   const PetscInt owned = surface_.particles().owned;
-  const auto go = [&] {  // from `before` to x, or as far as there is room
+  const auto go = [&] {  // from `before` to x, or as far as there is clearance
     const Eigen::Matrix3Xd target = x.values().leftCols(owned);
     constexpr int most = 8;
     for (int n = 0; n < most; ++n) {
@@ -623,9 +626,9 @@ void SurfaceContact::correct(Field& before, Field& x, const std::vector<double>&
     x.values() = before.values();
   };
   go();
-  Field mobility(mesh_.reach(), 1);  // 1/m, 0 of what is held
+  Field mobility(mesh_.reach(), 1);  // 1/m, 0 of what is constrained
   for (PetscInt i = 0; i < owned; ++i) {
-    mobility.data()[i] = held[i] || mass[i] == 0 ? 0 : 1 / mass[i];
+    mobility.data()[i] = constrained[i] || mass[i] == 0 ? 0 : 1 / mass[i];
   }
   mobility.update_ghosts();
   Eigen::Matrix4Xd pushes = Eigen::Matrix4Xd::Zero(4, owned);  // sums, and how many

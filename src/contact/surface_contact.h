@@ -10,7 +10,7 @@
 #include "contact/contact_pairs.h"
 #include "contact/contact_surface.h"
 #include "contact/slip.h"
-#include "solvers/potential.h"
+#include "energies/potential.h"
 
 namespace pellicle {
 inline namespace contact {
@@ -21,7 +21,8 @@ struct ContactFigures {
   double smallest_gap = 0;  ///< of the contacts; the thickness if there are none [m]
   double energy = 0;        ///< of the barriers [J]
   int searches = 0;         ///< searches for pairs in the last step
-  double room_used = 0;     ///< largest share of the room between two features that was used, in the last step, up to 1
+  double room_used =
+      0;  ///< largest fraction of the clearance between two features that was used, in the last step, up to 1
 };
 
 /// Work that contact does on a part in a step.
@@ -36,9 +37,9 @@ struct ContactWork {
 /// Nothing passes through anything, whatever the forces: a pair of features is kept apart by the plane half way between
 /// their nearest points, along whose normal their points come nearer to each other by at most 0.9 of the distance.
 /// Where a step would take them further, each of these points goes a part of its way (much as "divide and truncate",
-/// Chen et al. 2025), and a sheet's lattice points, which are not drawn, are held back with their cells' corners. Pairs
-/// are sought within the expected movement of the particles, and again where a step of Newton's method leaves that
-/// range, or where a pair has used up its room.
+/// Chen et al. 2025), and a sheet's lattice points, which are not drawn, are constrained back with their cells'
+/// corners. Pairs are sought within the expected movement of the particles, and again where a step of Newton's method
+/// leaves that range, or where a pair has used up its clearance.
 ///
 /// Friction is mu N s(|u|), with the slip u since the step's start; the normal force N, the normal and the places of
 /// contact are those of the step's start, and s is smooth up to the slip of `slip_speed` in a step (SmoothSlip). The
@@ -47,21 +48,21 @@ class SurfaceContact : public Potential {
  public:
   /// The parts must outlive this object. Positions are on the joined layout of the parts (JoinedLayout); if there is
   /// one part, on its layout. Collective.
-  /// @param is_free whether all particles may move alike because none is held
+  /// @param is_free whether all particles may move alike because none is constrained
   SurfaceContact(const std::vector<ContactSurface::Part>& parts, const ContactOptions& options, bool is_free);
   SurfaceContact(const SurfaceContact&) = delete;  // Its mesh points to its surface.
   SurfaceContact& operator=(const SurfaceContact&) = delete;
 
   /// Sets the stiffness of a part's contact with itself from the next step on [Pa/m]. Not collective.
   void set_stiffness(double stiffness, std::size_t part = 0) { surface_.set_stiffness(part, stiffness); }
-  /// Sets which particles of a part are held and which triangles live from the next step on. Not collective.
-  /// @param held local particles that stay or whose motion is given
-  /// @param living drawn triangles that are living; null: all
-  void set_surface(const std::vector<bool>& held, const std::vector<bool>* living, std::size_t part = 0);
+  /// Sets which particles of a part are constrained and which triangles live from the next step on. Not collective.
+  /// @param constrained local particles that stay or whose motion is given
+  /// @param active surface triangles that are active; null: all
+  void set_surface(const std::vector<bool>& constrained, const std::vector<bool>* active, std::size_t part = 0);
   const JoinedLayout& joined() const { return surface_.joined(); }
 
   void start_from(const Field& start, Field& x, double h) override;
-  void move_on(const Field& x) override;
+  void update_pattern(const Field& x) override;
   bool limits() const override { return true; }
   bool limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matrix3Xd> step) override;
 
@@ -70,20 +71,22 @@ class SurfaceContact : public Potential {
   double add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
   std::vector<VertexPair> pattern() const override { return pattern_; }
   PetscInt pattern_version() const override { return version_; }
-  /// Takes the Hessian at the last `move_on` of Newton's method. The positive Hessian leaves out the curvature of gaps.
+  /// Takes the Hessian at the last `update_pattern` of Newton's method. The positive Hessian leaves out the curvature
+  /// of gaps.
   void update_hessian(const Field& x, Curvature curvature) override;
-  void set_positive_share(double share) override { positive_share_ = share; }
+  void set_psd_blend(double fraction) override { psd_blend_ = fraction; }
   void add_hessian(const HessianBlocks& blocks) const override;
 
   /// Searches for the pairs that `correct` moves apart.
   /// @param x intended positions @param begin set to the start, moved as a whole, so that nothing is passed through
   void prepare(const Field& start, const Field& x, double h, Field& begin);
-  /// Moves particles towards the intended positions as far as there is room, and pushes features apart whose gaps are
-  /// less than their thickness, as compliant constraints of stiffness 4 k (one sweep, all pairs at once). Collective.
+  /// Moves particles towards the intended positions as far as there is clearance, and pushes features apart whose gaps
+  /// are less than their thickness, as compliant constraints of stiffness 4 k (one sweep, all pairs at once).
+  /// Collective.
   /// @param before positions after the last call, at first `begin`, ghosts up to date; set to the new positions
   /// @param x intended positions, set to the new ones, ghosts up to date @param mass of the local particles [kg]
-  /// @param held local particles that stay where they are
-  void correct(Field& before, Field& x, const std::vector<double>& mass, const std::vector<bool>& held);
+  /// @param constrained local particles that stay where they are
+  void correct(Field& before, Field& x, const std::vector<double>& mass, const std::vector<bool>& constrained);
 
   /// Figures of contact at the end of a step. Collective.
   ContactFigures figures(const Field& x) const;
@@ -156,7 +159,7 @@ class SurfaceContact : public Potential {
   bool is_free_;
   double thickness_ = 0;  ///< the largest of all parts [m]
   ContactMesh mesh_;
-  std::vector<bool> held_;           ///< of the local particles
+  std::vector<bool> constrained_;    ///< of the local particles
   Field start_;                      ///< of the step
   mutable Eigen::Matrix3Xd places_;  ///< places of the mesh's points, as last computed
   std::vector<Rubbing> rubbing_;
@@ -170,7 +173,7 @@ class SurfaceContact : public Potential {
   std::ptrdiff_t may_press_ = 0;   ///< number of those that may press; they come first
   Field trial_;                    ///< scratch: positions to be tried, or their correction
   bool any_touched_ = false;       ///< whether features have touched in the step, on this rank
-  bool any_held_ = false;          ///< a particle was held back since the search, on any rank
+  bool any_held_ = false;          ///< a particle was constrained back since the search, on any rank
   std::vector<double> load_;       ///< of the owned particles, as `load` returns it
   int searches_ = 0;
   double room_used_ = 0;  ///< ContactFigures::room_used before the last search, on this rank
@@ -185,8 +188,8 @@ class SurfaceContact : public Potential {
   std::vector<std::size_t> places_of_curved_;   ///< from add_places, one contact after the other
   std::vector<std::size_t> places_of_rubbing_;  ///< of the stencils of the step's friction, one after the other
   Eigen::Matrix3Xd curved_at_;                  ///< places of the mesh's points for the exact Hessian
-  double positive_share_ = 0;
-  double kept_curvature_ = 0;  ///< share of the curvature of gaps in the second derivative
+  double psd_blend_ = 0;
+  double kept_curvature_ = 0;  ///< fraction of the curvature of gaps in the second derivative
   /// Pairs (i, j) and (j, i), one after the other. Pairs of past contacts stay, which costs less than a new pattern.
   std::vector<VertexPair> pattern_;
   std::unordered_map<std::uint64_t, std::size_t> number_;  ///< in pattern_, by the global numbers of i < j

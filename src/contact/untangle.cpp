@@ -20,9 +20,9 @@ namespace {
 
 constexpr int most_sweeps = 1000;
 constexpr int most_sweeps_apart = 10;
-/// Displacement in a sweep of the points of triangles that touch, as a share of the mean side.
+/// Displacement in a sweep of the points of triangles that touch, as a fraction of the mean side.
 constexpr double apart_of_side = 0.01;
-/// Largest displacement of a point in a sweep, as a share of the mean side.
+/// Largest displacement of a point in a sweep, as a fraction of the mean side.
 constexpr double most_of_side = 0.1;
 /// Cosine of the angle between an edge and a triangle's normal: below it an edge lies along the triangle.
 constexpr double least_cosine = 0.1;
@@ -177,7 +177,7 @@ class Edges {
                     (std::max(of_neighbour[3], 1.0) * static_cast<double>(neighbours_[i].size()));
           }
         }
-        if (!mesh.held[i]) {
+        if (!mesh.constrained[i]) {
           mesh.particles[i] += move;
         }
       }
@@ -227,7 +227,7 @@ bool part_touching(TangledMesh& mesh, double distance) {
     }
   });
   for (std::size_t i = 0; i < moves.size(); ++i) {
-    if (moves[i][3] > 0 && !mesh.held[i]) {
+    if (moves[i][3] > 0 && !mesh.constrained[i]) {
       mesh.particles[i] += distance / moves[i][3] * moves[i].head<3>();
     }
   }
@@ -265,18 +265,18 @@ Eigen::Vector3d way_free(const std::vector<Eigen::Vector3d>& particles, const st
   Eigen::Vector3d shortest = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
   for (int axis = 0; axis < 3; ++axis) {
     for (const double sign : {1.0, -1.0}) {
-      Eigen::Vector3d way = Eigen::Vector3d::Zero();
+      Eigen::Vector3d displacement = Eigen::Vector3d::Zero();
       const auto met = [&] {
-        const Eigen::AlignedBox3d there = start.translated(way);
+        const Eigen::AlignedBox3d there = start.translated(displacement);
         return std::find_if(boxes.begin(), boxes.end(),
                             [&there](const auto& other) { return there.intersects(other.second); });
       };
       for (auto other = met(); other != boxes.end(); other = met()) {
-        way[axis] = sign > 0 ? other->second.max()[axis] + gap - start.min()[axis]
-                             : other->second.min()[axis] - gap - start.max()[axis];
+        displacement[axis] = sign > 0 ? other->second.max()[axis] + gap - start.min()[axis]
+                                      : other->second.min()[axis] - gap - start.max()[axis];
       }
-      if (way.norm() < shortest.norm()) {
-        shortest = way;
+      if (displacement.norm() < shortest.norm()) {
+        shortest = displacement;
       }
     }
   }
@@ -310,7 +310,7 @@ int untangle(TangledMesh& mesh) {
   std::vector<bool> stays(pieces.size(), false);  // of the pieces, by their numbers
   std::vector<int> size(pieces.size());
   for (std::size_t i = 0; i < pieces.size(); ++i) {
-    stays[pieces[i]] = stays[pieces[i]] || mesh.held[i];
+    stays[pieces[i]] = stays[pieces[i]] || mesh.constrained[i];
     ++size[pieces[i]];
   }
   std::vector<Eigen::Vector3d> start = mesh.particles;
@@ -331,10 +331,10 @@ int untangle(TangledMesh& mesh) {
       return static_cast<int>(cuts.size());
     }
     stays[*smallest] = true;
-    const Eigen::Vector3d way = way_free(start, pieces, *smallest, edges.mean_side());
+    const Eigen::Vector3d displacement = way_free(start, pieces, *smallest, edges.mean_side());
     for (std::size_t i = 0; i < pieces.size(); ++i) {
       if (pieces[i] == *smallest) {
-        start[i] += way;
+        start[i] += displacement;
       }
     }
     mesh.particles = start;

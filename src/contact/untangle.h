@@ -10,7 +10,7 @@ inline namespace contact {
 /// Triangles on points: first the particles, then the centres of quads, each at the mean of four particles.
 struct TangledMesh {
   std::vector<Eigen::Vector3d> particles;            ///< [m]
-  std::vector<bool> held;                            ///< particles that stay where they are
+  std::vector<bool> constrained;                     ///< particles that stay where they are
   std::vector<std::array<int, 4>> centres;           ///< particles of each centre
   std::vector<std::array<int, 3>> triangles;         ///< numbers of points: particles first, then centres
   double touch = 0;                                  ///< distance up to which triangles touch [m]
@@ -23,7 +23,7 @@ struct TangledMesh {
 /// their surfaces cut becomes shorter fastest (Volino and Magnenat-Thalmann 2006, "Resolving surface collisions through
 /// intersection contour minimization"), and its neighbours move partly with it. Where 1000 sweeps do not free two
 /// pieces of each other, such as a strip straight through a sheet, the sweeps begin anew with the smaller piece without
-/// held particles moved beside the others, as a whole, by the shortest way along an axis. Not collective.
+/// constrained particles moved beside the others, as a whole, by the shortest way along an axis. Not collective.
 ///
 /// Before that, of two triangles that touch (triangles_touch) the one of the greater number moves along the normal of
 /// the other, and that against it, by a hundredth of the mean side in a sweep, until none does or 10 sweeps are over.

@@ -119,8 +119,8 @@ void BendingPotential::update_rows() {
   }
 }
 
-void BendingPotential::begin_step(const Living& living, const Field& start, const Input& input) {
-  stencils_.update(living);
+void BendingPotential::begin_step(const ActiveSet& active, const Field& start, const Input& input) {
+  stencils_.update(active);
   damping_ = input.damping_over_step;
   if (is_damped()) {
     dashpots_.resize(stiffness_.size());
@@ -151,7 +151,8 @@ void BendingPotential::begin_step(const Living& living, const Field& start, cons
     shrinkage[1] /= count[1];
     factor /= count[0] + count[1];
     const double mean = (shrinkage[0] + shrinkage[1]) / 2;
-    // B belongs to undeformed coordinates: the curvature of a sheet that has shrunk is B over the square of its share.
+    // B belongs to undeformed coordinates: the curvature of a sheet that has shrunk is B over the square of its
+    // fraction.
     const double curl = input.layer_distance > 0 ? (shrinkage[0] - shrinkage[1]) / input.layer_distance : 0;
     target_[s] = mean * stencil.rest + mean * mean * curl * Curvature3(1, 0, 1);
     stiffness_[s] = factor * stencil.area / (mean * mean) * by_direction;

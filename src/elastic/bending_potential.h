@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "elastic/bending_stencils.h"
-#include "solvers/potential.h"
+#include "energies/potential.h"
 
 namespace pellicle {
 inline namespace elastic {
@@ -41,7 +41,7 @@ class BendingPotential : public Potential {
   };
 
   /// Sets B* and the stiffness of a step that starts at `start`. Collective.
-  void begin_step(const Living& living, const Field& start, const Input& input);
+  void begin_step(const ActiveSet& active, const Field& start, const Input& input);
 
   double value(const Field& x) const override;
   void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override { add_value_and_gradient(x, gradient); }
@@ -55,7 +55,7 @@ class BendingPotential : public Potential {
 
   const BendingStencils& stencils() const { return stencils_; }
 
-  /// This rank's share of the viscous term in the value, half of the work against viscosity [J].
+  /// This rank's fraction of the viscous term in the value, half of the work against viscosity [J].
   double viscous_energy(const Field& x) const;
 
  private:
@@ -101,7 +101,7 @@ class BendingPotential : public Potential {
   double damping_ = 0;                  ///< viscosity over stiffness and length of the step
   std::vector<int> number_of_normals_;  ///< of the dashpots round each owned particle
 
-  // The Hessian of the stencils that are not clamped; `along` is the share of viscosity, or 0.
+  // The Hessian of the stencils that are not clamped; `along` is the fraction of viscosity, or 0.
   NumberRows rows_;
   struct Use {
     PetscInt stencil;

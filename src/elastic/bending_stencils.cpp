@@ -12,7 +12,7 @@ inline namespace elastic {
 
 namespace {
 
-/// Singular values below this share of the largest count as zero, so that terms that the points do not determine are
+/// Singular values below this fraction of the largest count as zero, so that terms that the points do not determine are
 /// left out.
 constexpr double negligible = 1e-6;
 
@@ -92,7 +92,7 @@ BendingStencils::BendingStencils(const Sheet& sheet, const Weave& weave, const s
   counts_.assign(triangles_.size(), true);
   takes_part_.assign(points_.size(), false);
   weights_.assign(points_.size(), Curvature3::Zero());
-  update(Living(sheet));
+  update(ActiveSet(sheet));
 }
 
 void BendingStencils::begin_stencil(PetscInt centre) {
@@ -172,8 +172,8 @@ void BendingStencils::add_corner(PetscInt corner, Incidence::Range cells, bool i
   end_stencil();
 }
 
-bool BendingStencils::find_part(const Stencil& stencil, const Living& living, std::vector<bool>& takes_part) const {
-  const auto lives = [&living](PetscInt triangle) { return triangle < 0 || living.triangles[triangle]; };
+bool BendingStencils::find_part(const Stencil& stencil, const ActiveSet& active, std::vector<bool>& takes_part) const {
+  const auto lives = [&active](PetscInt triangle) { return triangle < 0 || active.triangles[triangle]; };
   const auto first = triangles_.begin() + static_cast<std::ptrdiff_t>(stencil.first_triangle);
   const auto last = triangles_.begin() + static_cast<std::ptrdiff_t>(stencil.last_triangle);
   takes_part.assign(stencil.last - stencil.first, true);
@@ -184,11 +184,11 @@ bool BendingStencils::find_part(const Stencil& stencil, const Living& living, st
   if (sheet_->is_lattice[stencil.centre]) {
     for (std::size_t k = 0; k < takes_part.size(); ++k) {
       const auto [side, opposite] = support_[stencil.first + k];
-      takes_part[k] = lives(side) && lives(opposite) && (side < 0 || !living.cracked[side]);
+      takes_part[k] = lives(side) && lives(opposite) && (side < 0 || !active.cracked[side]);
     }
     return is_whole;
   }
-  // Triangles of living cells: all round the corner, or one fan.
+  // Triangles of active cells: all round the corner, or one fan.
   const std::size_t cells = (stencil.last_triangle - stencil.first_triangle) / 2;
   std::size_t count = 0;
   std::size_t neighbours = 0;
@@ -206,16 +206,16 @@ bool BendingStencils::find_part(const Stencil& stencil, const Living& living, st
   return is_all_round ? count > 2 : count > 1 && neighbours == count + 1;
 }
 
-void BendingStencils::update(const Living& living) {
-  if (living.triangles == living_before_ && living.cracked == cracked_before_) {
+void BendingStencils::update(const ActiveSet& active) {
+  if (active.triangles == active_before_ && active.cracked == cracked_before_) {
     return;
   }
-  living_before_ = living.triangles;
-  cracked_before_ = living.cracked;
+  active_before_ = active.triangles;
+  cracked_before_ = active.cracked;
   std::vector<bool> takes_part;
   for (Stencil& stencil : stencils_) {
     stencil.area = 0;
-    if (!find_part(stencil, living, takes_part)) {
+    if (!find_part(stencil, active, takes_part)) {
       continue;
     }
     const auto before = takes_part_.begin() + static_cast<std::ptrdiff_t>(stencil.first);
@@ -238,7 +238,7 @@ void BendingStencils::update(const Living& living) {
     for (std::size_t k = 0; k < 4; ++k) {
       const PetscInt corner = sheet_->cells[cell][k];
       const bool takes_part =
-          is_used(corner) && living.triangles[4 * cell + k] && living.triangles[4 * cell + (k + 3) % 4];
+          is_used(corner) && active.triangles[4 * cell + k] && active.triangles[4 * cell + (k + 3) % 4];
       area[takes_part ? corner : sheet_->lattice[cell]] += eighth;
     }
   }

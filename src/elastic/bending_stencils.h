@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "elastic/sheet_springs.h"
+#include "surface/active_set.h"
 #include "surface/incidence.h"
-#include "surface/living.h"
 #include "surface/sheet.h"
 
 namespace pellicle {
@@ -37,7 +37,7 @@ class BendingStencils {
     std::size_t last_triangle = 0;
     bool is_clamped = false;               ///< whether the normal stays that of the undeformed sheet
     bool is_determined = true;             ///< whether the points determine the surface
-    double area = 0;                       ///< share of the sheet's area; 0: the stencil is not used [m^2]
+    double area = 0;                       ///< fraction of the sheet's area; 0: the stencil is not used [m^2]
     Curvature3 rest = Curvature3::Zero();  ///< B of the undeformed sheet [1/m]
   };
 
@@ -46,7 +46,7 @@ class BendingStencils {
   BendingStencils(const Sheet& sheet, const Weave& weave, const std::vector<bool>& clamped);
 
   /// Adapts the stencils to burnt triangles and cracks. Not collective.
-  void update(const Living& living);
+  void update(const ActiveSet& active);
 
   const std::vector<Stencil>& stencils() const { return stencils_; }
   /// Local particles of all stencils.
@@ -57,7 +57,7 @@ class BendingStencils {
   bool takes_part(std::size_t point) const { return takes_part_[point]; }
   /// Number of fits so far; weights do not change while this number does not.
   std::size_t fits() const { return fits_; }
-  /// Calls `take` with the corners of each of the drawn triangles round a centre that give its normal.
+  /// Calls `take` with the corners of each of the surface triangles round a centre that give its normal.
   template <class Take>
   void visit_triangles(const Stencil& stencil, const Take& take) const {
     for (std::size_t t = stencil.first_triangle; t < stencil.last_triangle; ++t) {
@@ -94,7 +94,7 @@ class BendingStencils {
   void begin_stencil(PetscInt centre);
   void add_point(PetscInt particle, Support support);
   void end_stencil();
-  bool find_part(const Stencil& stencil, const Living& living, std::vector<bool>& takes_part) const;
+  bool find_part(const Stencil& stencil, const ActiveSet& active, std::vector<bool>& takes_part) const;
   void fit(Stencil& stencil);
 
   const Sheet* sheet_;
@@ -104,11 +104,11 @@ class BendingStencils {
   std::vector<PetscInt> points_;
   std::vector<Curvature3> weights_;
   std::vector<Support> support_;
-  std::vector<PetscInt> triangles_;   ///< numbers of the drawn triangles round the centres
+  std::vector<PetscInt> triangles_;   ///< numbers of the surface triangles round the centres
   std::vector<bool> counts_;          ///< whether each of these triangles took part in the last fit
   std::vector<bool> takes_part_;      ///< whether each point took part in the last fit
   std::vector<PetscInt> stencil_of_;  ///< of each local particle, -1: none
-  std::vector<bool> living_before_;
+  std::vector<bool> active_before_;
   std::vector<bool> cracked_before_;
   std::size_t fits_ = 0;
 };

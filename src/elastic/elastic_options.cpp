@@ -1,7 +1,7 @@
 #include "elastic/elastic_options.h"
 
 #include "base/error.h"
-#include "base/options.h"
+#include "options/options.h"
 
 namespace pellicle {
 inline namespace elastic {

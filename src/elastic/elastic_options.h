@@ -6,12 +6,12 @@
 #include <string>
 #include <vector>
 
-#include "solvers/newton_options.h"
+#include "energies/newton_options.h"
 
 namespace pellicle {
-inline namespace base {
+inline namespace options {
 class OptionTable;
-}  // namespace base
+}  // namespace options
 inline namespace elastic {
 
 /// Stiffness of a sheet as a material. Values that are not given follow from Young's modulus, Poisson's ratio and the
@@ -60,7 +60,7 @@ struct ElasticOptions : NewtonOptions {
   }
 
   double usual_h = 2e-3;  ///< usual length of a step, by which the preconditioner is chosen [s]
-  /// Limit on the strain of the net's springs at the end of a step; the deck's `project.strain_limit`.
+  /// Limit on the strain of the weave's springs at the end of a step; the deck's `project.strain_limit`.
   std::optional<double> strain_limit;
 };
 

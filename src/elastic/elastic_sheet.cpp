@@ -31,12 +31,12 @@ ElasticSheet::ElasticSheet(const Sheet& sheet, const SheetMaterial& material, do
 
 void ElasticSheet::set_shape(const SheetInput& input) {
   SpringSheet::set_shape(input);
-  springs_.set_limit(limit_, input.target_length, input.living.springs);
+  springs_.set_limit(limit_, input.target_length, input.active.springs);
   bent_factor_.resize(bending_factor_.size());
   std::transform(bending_factor_.begin(), bending_factor_.end(), input.stiffness_factor.begin(), bent_factor_.begin(),
                  std::multiplies<>());
-  bending_.begin_step(input.living, input.start,
-                      {input.shrinkage, layer_distance_, bending_stiffness_, bent_factor_, damping_ / input.h});
+  bending_.begin_step(input.active, input.y_v,
+                      {input.shrinkage, layer_distance_, bending_stiffness_, bent_factor_, damping_ / input.damping_h});
 }
 
 double ElasticSheet::largest_excess() const { return max_over_ranks(sheet_.comm(), material_.largest_excess()); }

@@ -14,9 +14,9 @@ inline namespace elastic {
 /// StepPart of a sheet as a material: a SpringSheet with the material's tensile and shear stiffness (SheetSprings),
 /// bending stiffness, and viscosity relative to the step's start.
 ///
-/// The energy of a strain limit (StrainLimit) is continued smoothly beyond a share of the limit; the step is balanced
-/// again with larger shares until no spring is beyond the share, so that the energy is exact. So a step may start
-/// beyond the limit.
+/// The energy of a strain limit (StrainLimit) is continued smoothly beyond a fraction of the limit; the step is
+/// balanced again with larger shares until no spring is beyond the fraction, so that the energy is exact. So a step may
+/// start beyond the limit.
 ///
 /// The springs shrink with the mean of both layers; the difference between the layers bends the sheet.
 class ElasticSheet : public SpringSheet {
@@ -34,8 +34,8 @@ class ElasticSheet : public SpringSheet {
   std::vector<const Potential*> of_shape() const override { return {&springs_, &bending_}; }
 
  private:
-  const std::array<std::vector<double>, 4>& stiffness(const Living& living) override {
-    return material_.stiffness(living);
+  const std::array<std::vector<double>, 4>& stiffness(const ActiveSet& active) override {
+    return material_.stiffness(active);
   }
   double own_elastic_energy(const Field& positions) const override {
     return SpringSheet::own_elastic_energy(positions) + bending_.value(positions) - bending_.viscous_energy(positions);

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "solvers/potential.h"
+#include "energies/potential.h"
 
 namespace pellicle {
 inline namespace elastic {

@@ -40,14 +40,14 @@ double MassPart::rounding_of(double stiffness) const {
 void MassPart::set_masses(const Field& positions, const MassInput& input) {
   // A removed particle has neither mass nor springs: any stiffness keeps it where it is.
   const auto mass = [&](std::size_t i) { return input.mass[i] > 0 ? input.mass[i] : surface_.initial_mass[i]; };
-  inertia_.set(positions, mass, input.h);
-  h_ = input.h;
+  inertia_.set(positions, mass, input.inertia_h);
+  h_ = input.inertia_h;
 }
 
 void MassPart::begin(const Field& positions, const MassInput& input) {
   set_masses(positions, input);
   sum_.forget();
-  held_ = input.held;
+  constrained_ = input.constrained;
   start_ = &input.start;
   position_.values() = positions.values();
   for (Potential* potential : potentials_) {
@@ -58,7 +58,7 @@ void MassPart::begin(const Field& positions, const MassInput& input) {
 bool MassPart::leaves_held_behind() {
   bool leaves = false;
   for (PetscInt i = 0; i < surface_.particles.owned; ++i) {
-    leaves = leaves || (held_[i] && position_.vector(i) != inertia_.free().col(i));
+    leaves = leaves || (constrained_[i] && position_.vector(i) != inertia_.free().col(i));
   }
   return on_any_rank(surface_.comm(), leaves);
 }

@@ -4,10 +4,10 @@
 #include <vector>
 
 #include "elastic/inertia.h"
+#include "energies/potential_sum.h"
+#include "energies/step_part.h"
 #include "geometry/projectors.h"
 #include "parallel/field.h"
-#include "solvers/potential_sum.h"
-#include "solvers/step_part.h"
 #include "surface/surface.h"
 
 namespace pellicle {
@@ -15,10 +15,11 @@ inline namespace elastic {
 
 /// The data of a step of a MassPart, besides the positions x~ of the masses without forces.
 struct MassInput {
-  const std::vector<double>& mass;  ///< of the local particles, 0 where one has been removed [kg]
-  const std::vector<bool>& held;    ///< local particles that do not move
-  const Field& start;               ///< positions at the beginning of the step, which must outlive the step [m]
-  double h = 0;                     ///< [s]
+  const std::vector<double>& mass;       ///< of the local particles, 0 where one has been removed [kg]
+  const std::vector<bool>& constrained;  ///< local particles that do not move
+  const Field& start;                    ///< positions at the beginning of the step, which must outlive the step [m]
+  double h = 0;                          ///< to the positions where forces are in balance [s]
+  double inertia_h = h;                  ///< inertia is m_i / inertia_h^2; of implicit Euler h [s]
 };
 
 /// StepPart of masses with inertia and further potentials U of their positions:
@@ -53,7 +54,7 @@ class MassPart : public StepPart {
   double value() override;
   const Eigen::Matrix3Xd& gradient() override;
   const std::vector<double>& squared_forces() const override { return sum_.squares(); }
-  void begin_tangent(Curvature /*curvature*/, double /*positive_share*/) override {}
+  void begin_tangent(Curvature /*curvature*/, double /*psd_blend*/) override {}
   bool blends() const override { return true; }
   bool suits_patches() const override { return false; }
   double tolerance() const override { return tolerance_; }
@@ -81,8 +82,8 @@ class MassPart : public StepPart {
   Field position_;
 
  private:
-  std::vector<bool> held_;  ///< MassInput::held
-  PotentialSum sum_;        ///< of the potentials at the present position
+  std::vector<bool> constrained_;  ///< MassInput::constrained
+  PotentialSum sum_;               ///< of the potentials at the present position
 };
 
 }  // namespace elastic

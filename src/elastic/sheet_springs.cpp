@@ -128,13 +128,13 @@ SheetSprings::SheetSprings(const Sheet& sheet, const Stiffness& stiffness, const
   }
 }
 
-const std::array<std::vector<double>, 4>& SheetSprings::stiffness(const Living& living) {
-  if (living.triangles == living_before_ && living.cracked == cracked_before_) {  // They decide which springs live.
+const std::array<std::vector<double>, 4>& SheetSprings::stiffness(const ActiveSet& active) {
+  if (active.triangles == active_before_ && active.cracked == cracked_before_) {  // They decide which springs live.
     return stiffness_;
   }
-  living_before_ = living.triangles;
-  cracked_before_ = living.cracked;
-  const auto lives = [&](PetscInt triangle) { return triangle >= 0 && living.triangles[triangle]; };
+  active_before_ = active.triangles;
+  cracked_before_ = active.cracked;
+  const auto lives = [&](PetscInt triangle) { return triangle >= 0 && active.triangles[triangle]; };
   const auto area_of = [&](PetscInt triangle) { return lives(triangle) ? cell_area_[triangle / 4] / 4 : 0; };
   for (const Colour colour : all_colours) {
     const SpringSet& set = sheet_->of(colour);
@@ -142,11 +142,11 @@ const std::array<std::vector<double>, 4>& SheetSprings::stiffness(const Living& 
     for (std::size_t s = 0; s < set.ends.size(); ++s) {
       double& stiffness = stiffness_[index][s];
       stiffness = 0;
-      if (per_area_[index][s] == 0 || !living.springs[index][s]) {
+      if (per_area_[index][s] == 0 || !active.springs[index][s]) {
         continue;
       }
       const auto& triangles = set.triangles[s];
-      if (colour == Colour::green && living.cracked[triangles[0]]) {
+      if (colour == Colour::green && active.cracked[triangles[0]]) {
         continue;
       }
       double area = area_of(triangles[0]) + area_of(triangles[1]);
@@ -162,7 +162,7 @@ const std::array<std::vector<double>, 4>& SheetSprings::stiffness(const Living& 
         }
         for (const PetscInt turn : {1, 3}) {  // the sides beside it
           const PetscInt beside = triangles[t] / 4 * 4 + (triangles[t] + turn) % 4;
-          const bool is_crossed = beyond_[beside] >= 0 && !living.cracked[beside];
+          const bool is_crossed = beyond_[beside] >= 0 && !active.cracked[beside];
           area += is_crossed ? 0 : area_of(beside) / 2;
         }
       }

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "elastic/elastic_options.h"
-#include "surface/living.h"
+#include "surface/active_set.h"
 #include "surface/sheet.h"
 
 namespace pellicle {
@@ -17,7 +17,7 @@ struct MaterialFactors {
   std::vector<double> bending;
 };
 
-/// The drawn triangle beyond each side of each local cell, at 4 cell + side; -1: none.
+/// The surface triangle beyond each side of each local cell, at 4 cell + side; -1: none.
 std::vector<PetscInt> sides_beyond(const Sheet& sheet);
 
 /// Undeformed areas of the local cells [m^2].
@@ -40,12 +40,12 @@ Weave weave_of(const Sheet& sheet, const Eigen::Vector3d& warp_direction);
 ///     K_n1 e11^2 / 2 + K_n2 e22^2 / 2 + sum over both diagonals of K_d e_d^2 / 2,
 ///
 /// so C12 = C66 = G, the shear stiffness (Cauchy's relation), and the tensile stiffnesses are C11 - G^2/C22 and C22 -
-/// G^2/C11. A blue or green spring has the area of the drawn triangles at its side, a red one half of its triangles'.
-/// No green spring crosses an edge or a crack: its share goes to the blue springs beside it. Yellow springs have no
+/// G^2/C11. A blue or green spring has the area of the surface triangles at its side, a red one half of its triangles'.
+/// No green spring crosses an edge or a crack: its fraction goes to the blue springs beside it. Yellow springs have no
 /// stiffness in whole cells, where they would resist a fold along the other diagonal; in a damaged cell they hold
 /// corners without other springs.
 ///
-/// Living springs have the stiffness of their living triangles. Dead springs, and those of other ranks that end at no
+/// Active springs have the stiffness of their active triangles. Dead springs, and those of other ranks that end at no
 /// particle of this rank, have none.
 class SheetSprings {
  public:
@@ -57,7 +57,7 @@ class SheetSprings {
   double largest_excess() const { return largest_excess_; }
 
   /// Stiffness of the local springs by colour [N/m]. Not collective.
-  const std::array<std::vector<double>, 4>& stiffness(const Living& living);
+  const std::array<std::vector<double>, 4>& stiffness(const ActiveSet& active);
 
  private:
   /// Stiffness of each spring over its area [N/m^3].
@@ -66,7 +66,7 @@ class SheetSprings {
   std::vector<double> cell_area_;  ///< of the local cells [m^2]
   std::vector<PetscInt> beyond_;   ///< sides_beyond
   double largest_excess_ = 1;
-  std::vector<bool> living_before_;
+  std::vector<bool> active_before_;
   std::vector<bool> cracked_before_;
   std::array<std::vector<double>, 4> stiffness_;
 };

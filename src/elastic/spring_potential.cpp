@@ -9,7 +9,7 @@
 
 #include "base/error.h"
 #include "parallel/collective.h"
-#include "surface/net_strain.h"
+#include "surface/weave_strain.h"
 
 namespace pellicle {
 inline namespace elastic {
@@ -63,7 +63,7 @@ void SpringPotential::set_limit(const std::optional<StrainLimit>& limit,
                                 const std::array<std::vector<bool>, 4>& lives) {
   limit_ = limit;
   for (Spring& spring : springs_) {
-    spring.target = limit && is_of_net(spring.colour) && of(spring, lives) ? of(spring, target_length) : 0;
+    spring.target = limit && is_of_weave(spring.colour) && of(spring, lives) ? of(spring, target_length) : 0;
   }
 }
 
@@ -71,7 +71,7 @@ double SpringPotential::largest_share(const Field& x) const {
   double largest = 0;
   for (const Spring& spring : springs_) {
     if (is_owned(spring) && spring.target != 0) {
-      largest = std::max(largest, limit_->share((x.vector(spring.a) - x.vector(spring.b)).norm(), spring.target));
+      largest = std::max(largest, limit_->fraction((x.vector(spring.a) - x.vector(spring.b)).norm(), spring.target));
     }
   }
   largest = max_over_ranks(sheet_->comm(), largest);
@@ -87,7 +87,7 @@ void SpringPotential::start_from(const Field& start, Field& /*x*/, double /*h*/)
   }
 }
 
-bool SpringPotential::renew(const Field& x) {
+bool SpringPotential::refresh(const Field& x) {
   if (!limit_ || limit_->exact_to == exact_shares.back() || largest_share(x) <= limit_->exact_to) {
     return false;
   }
@@ -195,7 +195,7 @@ std::vector<VertexPair> SpringPotential::pattern() const {
 
 void SpringPotential::update_hessian(const Field& x, Curvature curvature) {
   hessian_.clear();
-  const double compressed = curvature == Curvature::positive ? 0 : 1 - positive_share_;
+  const double compressed = curvature == Curvature::psd ? 0 : 1 - psd_blend_;
   for (const Spring& spring : springs_) {
     if (!spring.acts()) {
       continue;

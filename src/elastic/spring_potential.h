@@ -5,13 +5,13 @@
 #include <vector>
 
 #include "elastic/strain_limit.h"
-#include "solvers/potential.h"
+#include "energies/potential.h"
 #include "surface/sheet.h"
 
 namespace pellicle {
 inline namespace elastic {
 
-/// The springs of a sheet by Hooke's law, U = sum_s k_s (|x_a - x_b| - L_s)^2 / 2; those of the net may have a strain
+/// The springs of a sheet by Hooke's law, U = sum_s k_s (|x_a - x_b| - L_s)^2 / 2; those of the weave may have a strain
 /// limit. No communication, unless stated otherwise.
 ///
 /// The positive curvature leaves out the negative term of compressed springs across their direction.
@@ -42,24 +42,24 @@ class SpringPotential : public Potential {
       dashpots_.push_back(law.dashpot);
     }
   }
-  /// This rank's share of the viscous term in the value, half of the work against viscosity [J].
+  /// This rank's fraction of the viscous term in the value, half of the work against viscosity [J].
   double viscous_energy(const Field& x) const;
-  /// This rank's share of the energy of the springs without viscosity [J].
+  /// This rank's fraction of the energy of the springs without viscosity [J].
   double elastic_energy(const Field& x) const;
 
-  /// Sets the strain limit of the living springs of the net (blue and green) from now on; none: no limit.
+  /// Sets the strain limit of the active springs of the weave (blue and green) from now on; none: no limit.
   /// @param target_length length of the local springs by colour, from which strain is measured [m]
   /// @param lives whether local springs live, by colour
   void set_limit(const std::optional<StrainLimit>& limit, const std::array<std::vector<double>, 4>& target_length,
                  const std::array<std::vector<bool>, 4>& lives);
 
-  /// Chooses the share beyond which the limit's energy is continued (StrainLimit::exact_to), by the strain at the
+  /// Chooses the fraction beyond which the limit's energy is continued (StrainLimit::exact_to), by the strain at the
   /// step's start, which is usually near that at its end.
   void start_from(const Field& start, Field& x, double h) override;
   /// Chooses a larger share if springs have gone beyond the present one.
-  bool renew(const Field& x) override;
+  bool refresh(const Field& x) override;
 
-  /// The largest StrainLimit::share of all ranks' springs; 0 if none has a limit. Collective.
+  /// The largest StrainLimit::fraction of all ranks' springs; 0 if none has a limit. Collective.
   double largest_share(const Field& x) const;
 
   /// Forces of the owned springs by colour, positive where they pull [N].
@@ -70,7 +70,7 @@ class SpringPotential : public Potential {
   double add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
   std::vector<VertexPair> pattern() const override;
   void update_hessian(const Field& x, Curvature curvature) override;
-  void set_positive_share(double share) override { positive_share_ = share; }
+  void set_psd_blend(double fraction) override { psd_blend_ = fraction; }
   void add_hessian(const HessianBlocks& blocks) const override;
   bool multiplies() const override { return true; }
   bool has_terms() const override { return true; }
@@ -94,7 +94,7 @@ class SpringPotential : public Potential {
 
   const Sheet* sheet_;
   std::optional<StrainLimit> limit_;
-  double positive_share_ = 0;
+  double psd_blend_ = 0;
   std::vector<Spring> springs_;          ///< sorted by a, the smaller end, then b
   std::vector<Dashpot> dashpots_;        ///< of each spring
   std::vector<DifferenceTerm> hessian_;  ///< of the springs that act, in order

@@ -43,12 +43,12 @@ SpringSheet::SpringSheet(const Sheet& sheet, const SpringOptions& options, const
   set_scales();
 }
 
-const std::array<std::vector<double>, 4>& SpringSheet::stiffness(const Living& living) {
+const std::array<std::vector<double>, 4>& SpringSheet::stiffness(const ActiveSet& active) {
   for (const Colour colour : all_colours) {
     const auto index = static_cast<std::size_t>(colour);
-    equal_stiffnesses_[index].resize(living.springs[index].size());
-    for (std::size_t s = 0; s < living.springs[index].size(); ++s) {
-      equal_stiffnesses_[index][s] = living.springs[index][s] ? equal_stiffness_ : 0;
+    equal_stiffnesses_[index].resize(active.springs[index].size());
+    for (std::size_t s = 0; s < active.springs[index].size(); ++s) {
+      equal_stiffnesses_[index][s] = active.springs[index][s] ? equal_stiffness_ : 0;
     }
   }
   return equal_stiffnesses_;
@@ -63,12 +63,12 @@ void SpringSheet::set_scales() {
   rest.values() = sheet_.rest;
   const std::vector<double> ones(sheet_.particles.local(), 1);
   const std::vector<bool> none(sheet_.particles.local());
-  const Living all(sheet_);
+  const ActiveSet all(sheet_);
   const SheetInput input{{sheet_.initial_mass, none, rest, h_}, length, ones, ones, all};
   set_shape(input);
   set_masses(rest, input);
   Tangent tangent(sheet_.particles, potentials_, projectors_, TangentMatrix::shell, "");
-  tangent.update(rest, Curvature::positive);
+  tangent.update(rest, Curvature::psd);
   VecHandle diagonal;
   check(MatCreateVecs(tangent.matrix(), diagonal.create(), nullptr));
   double sum = 0;
@@ -84,8 +84,8 @@ void SpringSheet::set_scales() {
 }
 
 void SpringSheet::set_shape(const SheetInput& input) {
-  const double damping = damping_ / input.h;
-  const std::array<std::vector<double>, 4>& stiffness = this->stiffness(input.living);
+  const double damping = damping_ / input.damping_h;
+  const std::array<std::vector<double>, 4>& stiffness = this->stiffness(input.active);
   springs_.set([&](Colour colour, std::size_t s) -> SpringPotential::Hooke {
     const auto index = static_cast<std::size_t>(colour);
     const SpringSet& set = sheet_.of(colour);
@@ -96,7 +96,7 @@ void SpringSheet::set_shape(const SheetInput& input) {
     const auto [a, b] = set.ends[s];
     const double k = intact * (input.stiffness_factor[a] + input.stiffness_factor[b]) / 2;
     const double l = input.target_length[index][s];
-    return {k, l, {damping * k, damping > 0 ? (input.start.vector(a) - input.start.vector(b)).norm() : 0}};
+    return {k, l, {damping * k, damping > 0 ? (input.y_v.vector(a) - input.y_v.vector(b)).norm() : 0}};
   });
 }
 
@@ -109,8 +109,8 @@ double SpringSheet::rounding() const {
   return std::max(negligible_force_, rounding_of(rest_stiffness_ + mean_mass_ / (h_ * h_)));
 }
 
-const std::array<std::vector<bool>, 4>& SpringSheet::bearing_springs(const Living& living) {
-  const std::array<std::vector<double>, 4>& stiffness = this->stiffness(living);
+const std::array<std::vector<bool>, 4>& SpringSheet::bearing_springs(const ActiveSet& active) {
+  const std::array<std::vector<double>, 4>& stiffness = this->stiffness(active);
   for (const Colour colour : all_colours) {
     const auto index = static_cast<std::size_t>(colour);
     bears_[index].resize(sheet_.of(colour).owned());

@@ -6,7 +6,7 @@
 #include "elastic/elastic_options.h"
 #include "elastic/mass_part.h"
 #include "elastic/spring_potential.h"
-#include "surface/living.h"
+#include "surface/active_set.h"
 #include "surface/sheet.h"
 
 namespace pellicle {
@@ -17,7 +17,10 @@ struct SheetInput : MassInput {
   const std::array<std::vector<double>, 4>& target_length;  ///< of the local springs of each colour [m]
   const std::vector<double>& shrinkage;                     ///< length over undeformed length of each local particle
   const std::vector<double>& stiffness_factor;              ///< of each local particle, such as of char
-  const Living& living;                                     ///< living triangles and springs, ghosts up to date
+  const ActiveSet& active;                                  ///< active triangles and springs, ghosts up to date
+  /// y_v and 1/c of TimeIntegrator: velocities are (x - y_v)/damping_h; of implicit Euler those of the whole step.
+  const Field& y_v = start;
+  double damping_h = h;
 };
 
 /// StepPart of a sheet of Hooke springs with parallel dashpots, by implicit Euler: from the unconstrained positions x~
@@ -28,7 +31,7 @@ struct SheetInput : MassInput {
 /// with the length d of a spring, its target length l and its dashpot c.
 ///
 /// By itself it is the mass-spring sheet that the burning paper compares with successive fast projection (section 8,
-/// Fig. 7 b, d): living springs of every colour are equally stiff.
+/// Fig. 7 b, d): active springs of every colour are equally stiff.
 class SpringSheet : public MassPart {
  public:
   /// The sheet must outlive this object. Collective.
@@ -41,9 +44,7 @@ class SpringSheet : public MassPart {
   virtual void set_shape(const SheetInput& input);
   /// Begins a step. Collective. @param positions x~ [m], pinned particles in their places; ghosts up to date
   void begin(const Field& positions, const SheetInput& input);
-  void begin_tangent(Curvature /*curvature*/, double positive_share) override {
-    springs_.set_positive_share(positive_share);
-  }
+  void begin_tangent(Curvature /*curvature*/, double psd_blend) override { springs_.set_psd_blend(psd_blend); }
   bool suits_patches() const override { return suits_patches_; }
   double rounding() const override;
 
@@ -53,7 +54,7 @@ class SpringSheet : public MassPart {
   /// Largest ratio of the stiffness along a side of a cell to the given one, over all ranks. Collective.
   virtual double largest_excess() const { return 1; }
   /// Whether the owned springs of each colour have stiffness. Not collective.
-  const std::array<std::vector<bool>, 4>& bearing_springs(const Living& living);
+  const std::array<std::vector<bool>, 4>& bearing_springs(const ActiveSet& active);
   /// Forces of the owned springs by colour at some positions, with the lengths and stiffness of the last step, positive
   /// where they pull [N]. Not collective.
   std::array<std::vector<double>, 4> spring_forces(const Field& positions) const { return springs_.forces(positions); }
@@ -71,8 +72,8 @@ class SpringSheet : public MassPart {
   /// Finds the scales of stiffness; to be called after all potentials have been made. Collective.
   void set_scales();
   /// Stiffness of the local springs by colour, 0 of those that do not act [N/m].
-  virtual const std::array<std::vector<double>, 4>& stiffness(const Living& living);
-  /// This rank's shares of elastic and viscous energy [J].
+  virtual const std::array<std::vector<double>, 4>& stiffness(const ActiveSet& active);
+  /// This rank's fractions of elastic and viscous energy [J].
   virtual double own_elastic_energy(const Field& positions) const { return springs_.elastic_energy(positions); }
   virtual double own_viscous_energy(const Field& positions) const { return springs_.viscous_energy(positions); }
 
@@ -81,7 +82,7 @@ class SpringSheet : public MassPart {
   SpringPotential springs_;
 
  private:
-  double equal_stiffness_ = 0;  ///< of every living spring, unless a derived class overrides it [N/m]
+  double equal_stiffness_ = 0;  ///< of every active spring, unless a derived class overrides it [N/m]
   std::array<std::vector<double>, 4> equal_stiffnesses_;
   std::array<std::vector<bool>, 4> bears_;  ///< see bearing_springs; kept so that a step allocates nothing
   double negligible_force_ = 0;             ///< norm of a negligible residual [N]

@@ -6,7 +6,7 @@
 namespace pellicle {
 inline namespace elastic {
 
-double StrainLimit::share(double length, double target) const {
+double StrainLimit::fraction(double length, double target) const {
   const double strain = length / target - 1;
   if (strain < 0 && largest >= 1) {
     return 0;
@@ -15,7 +15,7 @@ double StrainLimit::share(double length, double target) const {
 }
 
 StrainLimit::Law StrainLimit::at(double length, double target) const {
-  const double u = share(length, target);
+  const double u = fraction(length, target);
   if (u <= 0) {
     return {};
   }

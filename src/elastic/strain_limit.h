@@ -10,7 +10,7 @@ inline namespace elastic {
 /// with the length l without force and a stiffness K. It is 0 up to the strain e_0 = 0.8 e_max, twice continuously
 /// differentiable, convex, and grows without bound towards the limit. Shortening is limited only if e_max < 1.
 ///
-/// Beyond a share u of `exact_to`, B is continued by its Taylor polynomial of second order: Newton's method can then
+/// Beyond a fraction u of `exact_to`, B is continued by its Taylor polynomial of second order: Newton's method can then
 /// start beyond the limit, and the result has to be checked against it.
 struct StrainLimit {
   static constexpr double begins = 0.8;  ///< e_0 / e_max
@@ -27,7 +27,7 @@ struct StrainLimit {
   };
 
   /// u: 1 at the limit, zero or negative where nothing acts. @param length d [m] @param target l [m]
-  double share(double length, double target) const;
+  double fraction(double length, double target) const;
   Law at(double length, double target) const;
 };
 

@@ -133,10 +133,10 @@ ImplicitResult Equilibrium::balance(double h) {
     const ContactSurface::Part part = motion.contact_part();
     contact_->set_stiffness(part.stiffness, p);
     if (balanced_[p].touches) {
-      contact_->set_surface(motion.held(), motion.living(), p);
+      contact_->set_surface(motion.constrained(), motion.active(), p);
     } else {
       const std::vector<bool> none(part.surface->triangles.size(), false);
-      contact_->set_surface(motion.held(), &none, p);
+      contact_->set_surface(motion.constrained(), &none, p);
     }
   }
   return solver_->advance(h);
@@ -153,8 +153,8 @@ std::string Equilibrium::crossed() const {
   for (const CoupledMotion& object : balanced_) {
     if (object.touches) {
       const Surface& surface = *object.motion->contact_part().surface;
-      before.push_back({surface, object.motion->part()->start(), object.motion->living()});
-      after.push_back({surface, object.motion->part()->position(), object.motion->living()});
+      before.push_back({surface, object.motion->part()->start(), object.motion->active()});
+      after.push_back({surface, object.motion->part()->position(), object.motion->active()});
       names.push_back(object.name);
     }
   }

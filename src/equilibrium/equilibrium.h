@@ -7,10 +7,10 @@
 
 #include "base/stage_clock.h"
 #include "contact/surface_contact.h"
+#include "energies/newton_options.h"
+#include "energies/step_objective.h"
 #include "equilibrium/implicit_step.h"
 #include "equilibrium/motion.h"
-#include "solvers/newton_options.h"
-#include "solvers/step_objective.h"
 
 namespace pellicle {
 inline namespace equilibrium {

@@ -23,8 +23,8 @@ std::vector<VertexPair> PressureStiffness::pattern() const {
 
 void PressureStiffness::update_hessian(const Field& x, Curvature curvature) {
   blocks_.clear();
-  const double share = curvature == Curvature::positive ? 0 : 1 - positive_share_;
-  if (pressure_.empty() || share == 0) {
+  const double fraction = curvature == Curvature::psd ? 0 : 1 - psd_blend_;
+  if (pressure_.empty() || fraction == 0) {
     return;
   }
   const auto& triangles = chambers_.surface().triangles;
@@ -32,7 +32,7 @@ void PressureStiffness::update_hessian(const Field& x, Curvature curvature) {
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     const Eigen::Vector3d side = x.vector(triangles[t][1]) - x.vector(triangles[t][0]);
     const Eigen::Vector3d other = x.vector(triangles[t][2]) - x.vector(triangles[t][0]);
-    const double sixth = share * pressure_[t] / 6;
+    const double sixth = fraction * pressure_[t] / 6;
     const std::array<Eigen::Matrix3d, 3> by_corner{cross_matrix(sixth * (side - other)), cross_matrix(sixth * other),
                                                    cross_matrix(-sixth * side)};
     for (std::size_t row = 0; row < 3; ++row) {
@@ -46,7 +46,7 @@ void PressureStiffness::update_hessian(const Field& x, Curvature curvature) {
     const auto from = static_cast<std::size_t>(rim % 3);
     const std::size_t to = (from + 1) % 3;
     const Eigen::Matrix3d block =
-        rim_stiffness(share * pressure_[t], x.vector(triangles[t][from]), x.vector(triangles[t][to]));
+        rim_stiffness(fraction * pressure_[t], x.vector(triangles[t][from]), x.vector(triangles[t][to]));
     blocks_[9 * t + 3 * from + to] += block;
     blocks_[9 * t + 3 * to + from] += block;
     blocks_[9 * t + 4 * from] += 2 * block;
@@ -61,22 +61,29 @@ void PressureStiffness::add_hessian(const HessianBlocks& blocks) const {
 }
 
 GasFilledPart::GasFilledPart(StepPart& part, const Chambers& chambers, const GasStep& gas_step, const Field& start,
-                             GasTangent tangent)
+                             GasTangent tangent, std::function<void(Field&)> write_end)
     : part_(part),
       chambers_(chambers),
       gas_step_(gas_step),
       start_(start),
       tangent_(tangent),
+      write_end_(std::move(write_end)),
       stiffness_(chambers),
       potentials_(part.potentials()),
       gas_(std::make_shared<StepGas>(std::vector<StepGas::Part>{gas_part()})) {
   potentials_.push_back(&stiffness_);
 }
 
-void GasFilledPart::begin_step(const Eigen::VectorXd& pressure, double time, double h) {
+Eigen::Matrix3Xd GasFilledPart::forces_at(double time) {
+  StepGas gas({gas_part()});
+  gas.begin_step(time);
+  return -gas.gradient(0);
+}
+
+void GasFilledPart::begin_step(const Eigen::VectorXd& pressure, double time, double h, double fraction) {
   time_ = time;
   h_ = h;
-  gas_->begin_step(time);
+  gas_->begin_step(time - (1 - fraction) * h);
   gas_->set_multiplier(number_, pressure(prescribed()));
   gas_->balance(number_, *this);
 }
@@ -105,11 +112,11 @@ const Eigen::Matrix3Xd& GasFilledPart::gradient() {
   return gradient_;
 }
 
-void GasFilledPart::begin_tangent(Curvature curvature, double positive_share) {
-  part_.begin_tangent(curvature, positive_share);
-  stiffness_.set_positive_share(positive_share);
+void GasFilledPart::begin_tangent(Curvature curvature, double psd_blend) {
+  part_.begin_tangent(curvature, psd_blend);
+  stiffness_.set_psd_blend(psd_blend);
   stiffness_.set_pressure(gas_->load_pressure(number_));
-  left_ = curvature == Curvature::positive ? 0 : 1 - positive_share;
+  left_ = curvature == Curvature::psd ? 0 : 1 - psd_blend;
 }
 
 LowRank GasFilledPart::dense_tangent() { return projected(gas_->begin_tangent(number_, left_), projectors()); }

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "base/error.h"
-#include "solvers/backtracking.h"
-#include "solvers/ksp.h"
+#include "linear/backtracking.h"
+#include "linear/ksp.h"
 
 namespace pellicle {
 inline namespace equilibrium {
@@ -41,7 +41,7 @@ constexpr double most_rise = 16;
 /// Rounding of forces over their scale.
 constexpr double rounding_of_forces = 20 * std::numeric_limits<double>::epsilon();
 
-/// Negligible forces over their scale: they displace nothing by more than this share of its size.
+/// Negligible forces over their scale: they displace nothing by more than this fraction of its size.
 constexpr double negligible = 1e-6;
 
 /// Tolerance from which on conjugate gradients use one reduction an iteration, which rounds more.
@@ -151,7 +151,7 @@ ImplicitStep::ImplicitStep(StepObjective& objective, const NewtonOptions& option
   };
   problem.update_jacobian = [this](Vec position) {
     objective_.move_to(position);
-    share_ = next_share();
+    fraction_ = next_share();
     update_jacobian();
   };
   problem.solve = [this](Vec residual, Vec descent, const NewtonRequest& request) {
@@ -189,7 +189,7 @@ ImplicitResult ImplicitStep::advance(double h) {
   NewtonResult newton;
   do {
     last_values_.clear();
-    share_ = 0;
+    fraction_ = 0;
     exact_serves_ = true;
     newton = newton_->solve(unknowns_);
     result.newton_iterations += newton.iterations;
@@ -197,7 +197,7 @@ ImplicitResult ImplicitStep::advance(double h) {
     result.converged =
         newton.ended > 0 || (options_.newton == NewtonEnd::fixed && newton.ended == SNES_DIVERGED_MAX_IT);
     objective_.move_to(unknowns_);
-  } while (may_go_on(newton) && objective_.renew());
+  } while (may_go_on(newton) && objective_.refresh());
   result.concave_iterations = concave_iterations_;
   result.is_factorised = is_factorised_;
   if (result.converged) {
@@ -274,7 +274,7 @@ std::string ImplicitStep::words_of_failure(const NewtonResult& newton) const {
 }
 
 void ImplicitStep::update_jacobian() {
-  if (objective_.move_on()) {
+  if (objective_.update_pattern()) {
     has_new_pattern_ = true;
     lag_.forget();
     if (patches_) {
@@ -290,16 +290,16 @@ void ImplicitStep::update_jacobian() {
   }
   const bool renews_patches = patches_ && !is_factorised_ && patches_->due();
   if (renews_patches || positive_ != nullptr) {
-    objective_.update_tangent(Curvature::positive, system_);
+    objective_.update_tangent(Curvature::psd, system_);
     if (renews_patches) {
-      patches_->renew(objective_.position());
+      patches_->refresh(objective_.position());
     }
     if (positive_ != nullptr) {
       check(MatCopy(system_.sparse(), positive_, SAME_NONZERO_PATTERN));
     }
   }
-  if (!renews_patches || share_ < 1) {
-    set_tangent(share_);
+  if (!renews_patches || fraction_ < 1) {
+    set_tangent(fraction_);
   }
   if (path_) {
     path_->update(along_->load_rate(), along_->path_scale());
@@ -327,13 +327,13 @@ double ImplicitStep::next_share() {
                ? 0
                : 1;
   }
-  if (share_ == 0 || !objective_.blends()) {
+  if (fraction_ == 0 || !objective_.blends()) {
     return 0;
   }
   if (last_ratio_ < poor_ratio) {
-    return std::min(share_ + share_step, 1.0);
+    return std::min(fraction_ + share_step, 1.0);
   }
-  return last_ratio_ > good_ratio ? std::max(share_ - 2 * share_step, 0.0) : share_;
+  return last_ratio_ > good_ratio ? std::max(fraction_ - 2 * share_step, 0.0) : fraction_;
 }
 
 /// Chooses iterations at the beginning of a step, unless they have failed recently.
@@ -377,12 +377,12 @@ LinearResult ImplicitStep::solve(Vec right_hand_side, Vec solution) {
     update_jacobian();
     attempt();
   }
-  while (result.solved == Solved::concave && share_ < 1) {
-    share_ = objective_.blends() && options_.far == FarTangent::exact ? std::min(share_ + share_step, 1.0) : 1;
-    set_tangent(share_);
+  while (result.solved == Solved::concave && fraction_ < 1) {
+    fraction_ = objective_.blends() && options_.far == FarTangent::exact ? std::min(fraction_ + share_step, 1.0) : 1;
+    set_tangent(fraction_);
     attempt();
   }
-  if (share_ > 0 && options_.far == FarTangent::exact) {
+  if (fraction_ > 0 && options_.far == FarTangent::exact) {
     ++concave_iterations_;
   }
   result.iterations = iterations;
@@ -404,19 +404,19 @@ LinearResult ImplicitStep::solve_or_factorise(Vec right_hand_side, Vec solution)
   return result;
 }
 
-/// Updates the tangent. @param positive_share 0: the exact tangent; 1: the positive one
-void ImplicitStep::set_tangent(double positive_share) {
-  if (positive_share == 1) {
-    objective_.update_tangent(Curvature::positive, system_);
+/// Updates the tangent. @param psd_blend 0: the exact tangent; 1: the positive one
+void ImplicitStep::set_tangent(double psd_blend) {
+  if (psd_blend == 1) {
+    objective_.update_tangent(Curvature::psd, system_);
   } else {
-    objective_.update_tangent(Curvature::exact, system_, positive_share);
+    objective_.update_tangent(Curvature::exact, system_, psd_blend);
   }
 }
 
 LinearResult ImplicitStep::solve_once(Vec right_hand_side, Vec solution) {
   if (is_factorised_) {
     check(KSPSetTolerances(factor_->solver(), linear_rtol_, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
-    const std::optional<int> negative = factor_->renew();
+    const std::optional<int> negative = factor_->refresh();
     if (!negative || *negative > 0) {
       LinearResult result;
       result.refuse(Solved::concave, "the tangent is not positive definite");
@@ -452,8 +452,8 @@ std::optional<double> ImplicitStep::search(const NewtonStep& step) {
   objective_.limit(step.residual, step.descent);
   if (path_) {
     return backtrack(
-        [&](double share) -> std::optional<double> {
-          check(VecWAXPY(step.trial, -share, step.descent, step.position));
+        [&](double fraction) -> std::optional<double> {
+          check(VecWAXPY(step.trial, -fraction, step.descent, step.position));
           objective_.move_to(step.trial);
           return turns_over() ? std::nullopt : std::optional(0.0);
         },
@@ -461,7 +461,7 @@ std::optional<double> ImplicitStep::search(const NewtonStep& step) {
   }
   double weight = 0;  // of the volumes' errors: larger than any multiplier, so that they are an exact penalty
   double slope = 0;
-  const auto volume_error = [this] { return objective_.excess_volume().cwiseAbs().sum(); };
+  const auto volume_error = [this] { return objective_.volume_residual().cwiseAbs().sum(); };
   check(VecDot(step.residual, step.descent, &slope));
   const double promised = slope / 2;
   const double start = objective_.value();
@@ -478,14 +478,14 @@ std::optional<double> ImplicitStep::search(const NewtonStep& step) {
     if (last_values_.size() > most_last_values) {
       last_values_.erase(last_values_.begin());
     }
-    if (share_ > 0) {
+    if (fraction_ > 0) {
       before = std::min(*std::max_element(last_values_.begin(), last_values_.end()), start + most_rise * promised);
     }
   }
   const double rounding = 1e-13 * (std::abs(before) + objective_.force_scale() * objective_.length_scale());
   double after = 0;
-  const auto merit = [&](double share) -> std::optional<double> {
-    check(VecWAXPY(step.trial, -share, step.descent, step.position));
+  const auto merit = [&](double fraction) -> std::optional<double> {
+    check(VecWAXPY(step.trial, -fraction, step.descent, step.position));
     objective_.move_to(step.trial);
     if (turns_over()) {
       return std::nullopt;
@@ -494,12 +494,12 @@ std::optional<double> ImplicitStep::search(const NewtonStep& step) {
     return after;
   };
   std::optional<double> length = backtrack(std::cref(merit), before, slope, rounding);
-  if (!length && options_.far == FarTangent::positive && share_ < 1) {
+  if (!length && options_.far == FarTangent::positive && fraction_ < 1) {
     // The exact tangent may be indefinite, which some solvers do not detect.
     exact_serves_ = false;
-    share_ = 1;
+    fraction_ = 1;
     objective_.move_to(step.position);
-    set_tangent(share_);
+    set_tangent(fraction_);
     if (solve_once(step.residual, step.descent).converged) {
       objective_.limit(step.residual, step.descent);
       length = backtrack(std::cref(merit), before, 0, rounding);

@@ -5,14 +5,14 @@
 #include <string>
 #include <vector>
 
-#include "solvers/bordered_system.h"
-#include "solvers/load_border.h"
-#include "solvers/newton.h"
-#include "solvers/newton_options.h"
-#include "solvers/preconditioner_lag.h"
-#include "solvers/rigid_patches.h"
-#include "solvers/step_objective.h"
-#include "solvers/tangent_factor.h"
+#include "energies/newton_options.h"
+#include "energies/rigid_patches.h"
+#include "energies/step_objective.h"
+#include "energies/tangent_factor.h"
+#include "linear/bordered_system.h"
+#include "linear/load_border.h"
+#include "linear/newton.h"
+#include "linear/preconditioner_lag.h"
 
 namespace pellicle {
 inline namespace equilibrium {
@@ -51,9 +51,9 @@ struct ImplicitResult {
 /// linear solver detects this: the factor has negative pivots, or conjugate gradients meet a direction of negative
 /// curvature, or the solution is one. The solver's result then depends on preconditioner, ranks and rounding, and is
 /// not used: the iteration is solved again with the tangent moved towards one that is positive definite by construction
-/// (Curvature::positive), in eighths until it is. So the steps do not depend on the machine. The next iteration begins
-/// with that share, less two eighths if the objective fell as the tangent predicted, and one more if it did not, as a
-/// trust region grows and shrinks (Nocedal and Wright, Numerical Optimization, 2006, section 4.1): few solves are
+/// (Curvature::psd), in eighths until it is. So the steps do not depend on the machine. The next iteration begins
+/// with that fraction, less two eighths if the objective fell as the tangent predicted, and one more if it did not, as
+/// a trust region grows and shrinks (Nocedal and Wright, Numerical Optimization, 2006, section 4.1): few solves are
 /// repeated, and near a minimum the tangent is exact. The less the tangent is changed, the faster a step leaves a
 /// saddle point.
 ///
@@ -76,7 +76,7 @@ class ImplicitStep {
   void update_jacobian();
   PetscBool reuses_preconditioner(const NewtonRequest& request);
   double next_share();
-  void set_tangent(double positive_share);
+  void set_tangent(double psd_blend);
   void choose_solver();
   void factorise();
   LinearResult solve(Vec right_hand_side, Vec solution);
@@ -108,7 +108,7 @@ class ImplicitStep {
   bool has_new_pattern_ = false;            ///< whether the tangent's pattern is new since the last linear solve
   int concave_iterations_ = 0;              ///< of the present step
   bool exact_serves_ = true;                ///< near the step's end, for FarTangent::positive
-  double share_ = 0;                        ///< by which the present tangent is moved towards the positive one
+  double fraction_ = 0;                     ///< by which the present tangent is moved towards the positive one
   double last_ratio_ = 1;                   ///< fall of the objective in the last iteration over the predicted one
   std::vector<double> last_values_;         ///< of the objective at the start of the last Newton iterations [J]
   VecHandle unknowns_;

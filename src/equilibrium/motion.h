@@ -5,8 +5,8 @@
 
 #include "base/stage_result.h"
 #include "contact/contact_surface.h"
+#include "energies/step_part.h"
 #include "equilibrium/step_gas.h"
-#include "solvers/step_part.h"
 
 namespace pellicle {
 inline namespace equilibrium {
@@ -40,10 +40,10 @@ class Motion {
   // How its drawn surface touches others. Not collective.
 
   virtual ContactSurface::Part contact_part() const = 0;
-  /// Flags of the drawn triangles of the object: false where one has burnt away. Null: all triangles are there.
-  virtual const std::vector<bool>* living() const = 0;
+  /// Flags of the surface triangles of the object: false where one has burnt away. Null: all triangles are there.
+  virtual const std::vector<bool>* active() const = 0;
   /// Local particles that are not free in all directions.
-  virtual std::vector<bool> held() const = 0;
+  virtual std::vector<bool> constrained() const = 0;
 };
 
 }  // namespace equilibrium

@@ -147,7 +147,7 @@ Eigen::VectorXd StepGas::pressure_scales(std::size_t part) const {
   return scales;
 }
 
-Eigen::VectorXd StepGas::excess_volume(std::size_t part) {
+Eigen::VectorXd StepGas::volume_residual(std::size_t part) {
   const Own& own = parts_[part];
   Eigen::VectorXd excess(own.multiplier.size());
   if (excess.size() > 0) {
@@ -169,9 +169,10 @@ Eigen::Matrix3Xd StepGas::gradient(std::size_t part) {
     pressure[chamber] = state.pressure;
     absolute += std::pow(state.absolute_pressure, 2) * gradients.col(chamber).squaredNorm();
   }
-  constexpr double share = 2e-14;  // to which amounts of gas are found, and pressures are differences of absolute ones
+  constexpr double fraction =
+      2e-14;  // to which amounts of gas are found, and pressures are differences of absolute ones
   absolute = sum_over_ranks(own.chambers->surface().comm(), absolute);
-  own.rounding = share * std::sqrt(absolute);
+  own.rounding = fraction * std::sqrt(absolute);
   return (gradients * -pressure).reshaped(3, gradients.rows() / 3);
 }
 
@@ -203,13 +204,13 @@ void StepGas::join(LowRank& all, const std::vector<Eigen::Index>& first, double 
   std::vector<Eigen::Index> columns;
   std::vector<Eigen::Index> walls;  // the same, of those of all parts
   std::vector<double> compliances;  // of those of all parts; 0: not of what is pushed
-  Eigen::VectorXd share(all.count());
+  Eigen::VectorXd fraction(all.count());
   for (std::size_t part = 0; part < parts_.size(); ++part) {
     for (const int chamber : parts_[part].chambers->joined()) {
       if (!parts_[part].is_pushed) {
         columns.push_back(first[part] + chamber);
         walls.push_back(static_cast<Eigen::Index>(compliances.size()));
-        share[columns.back()] = rank_one_share(parts_[part].tangent);
+        fraction[columns.back()] = rank_one_share(parts_[part].tangent);
       }
       const Eigen::VectorXd& compliance = responses_[part].compliance;
       compliances.push_back(compliance.size() == 0 ? 0 : compliance[chamber]);
@@ -228,7 +229,7 @@ void StepGas::join(LowRank& all, const std::vector<Eigen::Index>& first, double 
   const PrincipalAxes principal = principal_axes(-(slopes + slopes.transpose()) / 2);
   all.mixing(columns, columns) = principal.axes;
   for (std::size_t k = 0; k < columns.size(); ++k) {
-    const double stiffness = share[columns[k]] * principal.values[static_cast<Eigen::Index>(k)];
+    const double stiffness = fraction[columns[k]] * principal.values[static_cast<Eigen::Index>(k)];
     all.coefficients[columns[k]] = std::max(stiffness, left * stiffness);
   }
 }
@@ -263,8 +264,8 @@ Eigen::VectorXd StepGas::swept_by_rest(Own& own, const Field& end, bool (Chamber
     }
     has_one = true;
     const Eigen::Matrix3Xd moved = end.values() - own.start->values();
-    const auto gradient = [&](double share) {
-      own.between.values() = own.start->values() + share * moved;
+    const auto gradient = [&](double fraction) {
+      own.between.values() = own.start->values() + fraction * moved;
       return own.chambers->volume_gradient(chamber, own.between);
     };
     const Eigen::Matrix3Xd mean = (gradient(0) + 4 * gradient(0.5) + gradient(1)) / 6;

@@ -5,10 +5,10 @@
 #include <optional>
 #include <vector>
 
+#include "energies/step_part.h"
 #include "gas/flowing_gas.h"
 #include "geometry/projectors.h"
-#include "solvers/low_rank.h"
-#include "solvers/step_part.h"
+#include "linear/low_rank.h"
 
 namespace pellicle {
 inline namespace equilibrium {
@@ -93,7 +93,7 @@ class StepGas {
   /// Changes the pressures to those that leave least of the forces where the step is. Collective.
   void balance(std::size_t part, StepPart& step);
   Eigen::VectorXd pressure_scales(std::size_t part) const;  ///< [Pa]
-  Eigen::VectorXd excess_volume(std::size_t part);          ///< [m^3]
+  Eigen::VectorXd volume_residual(std::size_t part);        ///< [m^3]
 
  private:
   struct Own : Part {

@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "base/error.h"
+#include "energies/vertex_potential.h"
 #include "parallel/collective.h"
-#include "solvers/vertex_potential.h"
 
 namespace pellicle {
 inline namespace equilibrium {
@@ -40,8 +40,8 @@ StepPotential::StepPotential(const BalloonModel& model, const PrismOptions& opti
       damping_(model.elements, model.mass, options_),
       start_(model.elements.membrane().particles, 3),
       position_(model.elements.membrane().particles, 3),
-      unaccelerated_(3, model.elements.membrane().particles.local()),
-      still_(3, model.elements.membrane().particles.local()),
+      y_a_(3, model.elements.membrane().particles.local()),
+      y_v_(3, model.elements.membrane().particles.local()),
       direction_(model.elements.membrane().particles, 3) {
   const Membrane& membrane = model_.elements.membrane();
   potentials_ = {&wall_, &damping_};
@@ -78,8 +78,8 @@ void StepPotential::add_vertex_potentials() {
   };
   if (integrator_.is_static()) {
     add(inertia_, [this](PetscInt i, const Eigen::Vector3d& x) {
-      constexpr double share = 1e-6;  // of the stiffness of the wall
-      const double stiffness = share * force_scale_ / length_scale_ * model_.mass[i] / total_mass_;
+      constexpr double fraction = 1e-6;  // of the stiffness of the wall
+      const double stiffness = fraction * force_scale_ / length_scale_ * model_.mass[i] / total_mass_;
       const Eigen::Vector3d away = x - start_.vector(i);
       return PointPotential{stiffness / 2 * away.squaredNorm(), stiffness * away,
                             stiffness * Eigen::Matrix3d::Identity()};
@@ -87,7 +87,7 @@ void StepPotential::add_vertex_potentials() {
   } else if (options_.inertia) {
     add(inertia_, [this](PetscInt i, const Eigen::Vector3d& x) {
       const double stiffness = model_.mass[i] * integrator_.inertia(h_);
-      const Eigen::Vector3d away = x - unaccelerated_.col(i);
+      const Eigen::Vector3d away = x - y_a_.col(i);
       return PointPotential{stiffness / 2 * away.squaredNorm(), stiffness * away,
                             stiffness * Eigen::Matrix3d::Identity()};
     });
@@ -116,7 +116,7 @@ StepWork StepPotential::work(const Field& end, const Field& start_velocity) {
                              pressing.cwiseProduct(moved).sum(),
                              loads_ != nullptr ? work_of(*loads_, end) : 0,
                              model_.bodies != nullptr ? work_of(*model_.bodies, end) : 0};
-  // The work on held vertices that no other force does is done by the pins.
+  // The work on constrained vertices that no other force does is done by the pins.
   const std::vector<bool>& pinned = model_.pins.pinned();
   bool leads = false;
   for (PetscInt i = 0; i < owned(); ++i) {
@@ -142,28 +142,28 @@ StepWork StepPotential::work(const Field& end, const Field& start_velocity) {
 }
 
 void StepPotential::begin_step(const Field& position, const Eigen::VectorXd& pressure, const StepStart& start) {
-  set_step(position, start, integrator_.share());
+  set_step(position, start, integrator_.fraction());
   const Projectors& projectors = model_.constraints.projectors();
-  const auto start_from = [&](double share) {
+  const auto start_from = [&](double fraction) {
     for (PetscInt i = 0; i < position_.values().cols(); ++i) {
-      position_.vector(i) = start_.vector(i) + share * (projectors[i] * integrator_.predicted(h_, start.motion(i)));
+      position_.vector(i) = start_.vector(i) + fraction * (projectors[i] * integrator_.predicted(h_, start.motion(i)));
     }
     move_held();
   };
   start_from(1);
   for (PetscInt i = 0; i < position_.values().cols(); ++i) {
     const Kinematics motion = start.motion(i);
-    unaccelerated_.col(i) = start_.vector(i) + projectors[i] * integrator_.unaccelerated(h_, motion);
-    still_.col(i) = start_.vector(i) + projectors[i] * integrator_.still(h_, motion);
+    y_a_.col(i) = start_.vector(i) + projectors[i] * integrator_.y_a(h_, motion);
+    y_v_.col(i) = start_.vector(i) + projectors[i] * integrator_.y_v(h_, motion);
     if (model_.pins.pinned()[i] && !integrator_.is_static()) {  // They move evenly, whatever their velocity was.
-      unaccelerated_.col(i) = position_.vector(i);
-      still_.col(i) =
-          position_.vector(i) - (position_.vector(i) - start_.vector(i)) / (rate() * integrator_.share() * h_);
+      y_a_.col(i) = position_.vector(i);
+      y_v_.col(i) =
+          position_.vector(i) - (position_.vector(i) - start_.vector(i)) / (rate() * integrator_.fraction() * h_);
     }
   }
   const auto begin_here = [&] {
     stop_at_contact();
-    damping_.begin_step(integrator_.is_second_order() ? position_ : start_, start.thickness_ratio, still_, rate());
+    damping_.begin_step(integrator_.is_second_order() ? position_ : start_, start.thickness_ratio, y_v_, rate());
     sum_.forget();
   };
   if (integrator_.arc_length()) {
@@ -205,12 +205,12 @@ bool StepPotential::leaves_held_behind() {
   return leaves;
 }
 
-/// Sets the data of a step. @param share of the step at which forces are in balance
-void StepPotential::set_step(const Field& position, const StepStart& start, double share) {
+/// Sets the data of a step. @param fraction of the step at which forces are in balance
+void StepPotential::set_step(const Field& position, const StepStart& start, double fraction) {
   sum_.forget();
   h_ = start.h;
   time_end_ = start.time + start.h;
-  time_ = share == 1 ? time_end_ : start.time + share * start.h;
+  time_ = fraction == 1 ? time_end_ : start.time + fraction * start.h;
   start_.values() = position.values();
   double place = position.values().cols() > 0 ? position.values().cwiseAbs().maxCoeff() : 0;
   place = max_over_ranks(comm(), place);
@@ -221,7 +221,7 @@ void StepPotential::set_step(const Field& position, const StepStart& start, doub
   wall_.set_thickness(start.thickness_ratio);
   model_.loads.set_time(time_);
   if (model_.bodies != nullptr) {
-    model_.bodies->begin_step(start_, time_, share > 0 ? share * h_ : h_);
+    model_.bodies->begin_step(start_, time_, fraction > 0 ? fraction * h_ : h_);
   }
 }
 
@@ -235,12 +235,12 @@ void StepPotential::set_load_time() {
   }
 }
 
-/// Moves held vertices to their places at the balance, on a straight way to the end of the step.
+/// Moves constrained vertices to their places at the balance, on a straight way to the end of the step.
 void StepPotential::move_held() {
   model_.pins.impose(position_, time_end_);
-  for (PetscInt i = 0; integrator_.share() != 1 && i < position_.values().cols(); ++i) {
+  for (PetscInt i = 0; integrator_.fraction() != 1 && i < position_.values().cols(); ++i) {
     if (model_.pins.pinned()[i]) {
-      position_.vector(i) = start_.vector(i) + integrator_.share() * (position_.vector(i) - start_.vector(i));
+      position_.vector(i) = start_.vector(i) + integrator_.fraction() * (position_.vector(i) - start_.vector(i));
     }
   }
 }
@@ -259,7 +259,7 @@ void StepPotential::begin_path(const StepStart& start) {
   if (sum_over_ranks(comm(), direction_.values().squaredNorm()) > 0) {
     return;
   }
-  damping_.begin_step(start_, start.thickness_ratio, still_, rate());  // The first step: to where the loads push.
+  damping_.begin_step(start_, start.thickness_ratio, y_v_, rate());  // The first step: to where the loads push.
   const Eigen::VectorXd load = load_rate();
   for (PetscInt i = 0; i < owned(); ++i) {
     direction_.vector(i) = -load.segment<3>(3 * i) / model_.mass[i];
@@ -313,18 +313,18 @@ Eigen::VectorXd StepPotential::load_rate() {
 }
 
 void StepPotential::write_end(Field& position) const {
-  if (integrator_.share() == 1) {
+  if (integrator_.fraction() == 1) {
     position.values() = position_.values();
     return;
   }
-  position.values() = start_.values() + (position_.values() - start_.values()) / integrator_.share();
+  position.values() = start_.values() + (position_.values() - start_.values()) / integrator_.fraction();
   model_.pins.impose(position, time_end_);
 }
 
 std::string StepPotential::end_step(Field& position, Eigen::VectorXd& pressure) const {
   write_end(position);
   pressure(prescribed()) = multiplier();
-  const bool is_further_on = integrator_.share() != 1;
+  const bool is_further_on = integrator_.fraction() != 1;
   return is_further_on && inverted(start_, position) > 0 ? "the end of the step turns elements over: it is too long"
                                                          : "";
 }
@@ -332,13 +332,13 @@ std::string StepPotential::end_step(Field& position, Eigen::VectorXd& pressure) 
 Eigen::Matrix3Xd StepPotential::acceleration(const Field& position, const StepStart& start) {
   set_step(position, start, 0);
   position_.values() = position.values();
-  unaccelerated_ = position_.values();
+  y_a_ = position_.values();
   // At a moment no gas flows, and links of chambers have no effect.
   const auto shared = std::exchange(gas_, std::make_shared<StepGas>(std::vector<StepGas::Part>{gas_part()}));
   const std::size_t part = std::exchange(part_, 0);
   gas_->begin_step(time_);
-  still_ = position_.values() - start.velocity.values() / rate();
-  damping_.begin_step(start_, start.thickness_ratio, still_, rate());
+  y_v_ = position_.values() - start.velocity.values() / rate();
+  damping_.begin_step(start_, start.thickness_ratio, y_v_, rate());
   Eigen::Matrix3Xd result = -gradient();
   for (PetscInt i = 0; i < owned(); ++i) {
     result.col(i) /= model_.mass[i];
@@ -389,19 +389,19 @@ Eigen::VectorXd StepPotential::own_rows() {
   if (integrator_.arc_length()) {
     return Eigen::VectorXd::Constant(1, path_scale() * (along_path() - path_length_));
   }
-  return -pressure_scales().cwiseProduct(excess_volume());
+  return -pressure_scales().cwiseProduct(volume_residual());
 }
 
-void StepPotential::begin_tangent(Curvature curvature, double positive_share) {
+void StepPotential::begin_tangent(Curvature curvature, double psd_blend) {
   for (Potential* potential : potentials_) {
-    potential->set_positive_share(positive_share);
+    potential->set_psd_blend(psd_blend);
   }
   std::vector<double> load_pressure = gas_->load_pressure(part_);
   for (std::size_t e = 0; e < load_pressure.size(); ++e) {
     load_pressure[e] = model_.elements.stiffness(e) != 0 ? load_pressure[e] : 0;
   }
   wall_.set_load(std::move(load_pressure), model_.chambers.rims().sides());
-  left_ = curvature == Curvature::positive ? 0 : 1 - positive_share;
+  left_ = curvature == Curvature::psd ? 0 : 1 - psd_blend;
 }
 
 LowRank StepPotential::dense_tangent() {

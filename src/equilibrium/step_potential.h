@@ -9,6 +9,8 @@
 #include "constraints/pins.h"
 #include "constraints/point_loads.h"
 #include "contact/body_contact.h"
+#include "energies/potential_sum.h"
+#include "energies/step_part.h"
 #include "equilibrium/step_gas.h"
 #include "equilibrium/time_scheme.h"
 #include "gas/chambers.h"
@@ -16,8 +18,6 @@
 #include "prism/prism_elements.h"
 #include "prism/prism_options.h"
 #include "prism/wall_potential.h"
-#include "solvers/potential_sum.h"
-#include "solvers/step_part.h"
 
 namespace pellicle {
 inline namespace equilibrium {
@@ -75,10 +75,10 @@ struct StepWork {
 /// Pi is a sum of potentials: wall, inertia, damping, weight, loads, bodies and the model's others. The gas (StepGas)
 /// is separate, since its second derivative is dense: a stiffness times the product of a volume's gradient with itself.
 ///
-/// Without inertia and damping (TimeIntegrator::is_static) a balloon's rigid motions are held by a millionth of the
-/// scale of the wall's stiffness. By arc length the loads' time t is an unknown, too: the row of the residual is a
+/// Without inertia and damping (TimeIntegrator::is_static) a balloon's rigid motions are constrained by a millionth of
+/// the scale of the wall's stiffness. By arc length the loads' time t is an unknown, too: the row of the residual is a
 /// scale times sum_i w_i c_i.(x_i - x_i^n) - s (Riks), with the direction c of the path, s the length of the step on it
-/// and w the vertices' shares of the mass. c and lengths include free motions only.
+/// and w the vertices' fractions of the mass. c and lengths include free motions only.
 class StepPotential : public StepPart, public GasFilled {
  public:
   /// Collective.
@@ -86,13 +86,13 @@ class StepPotential : public StepPart, public GasFilled {
   StepPotential(const StepPotential&) = delete;
   StepPotential& operator=(const StepPotential&) = delete;
 
-  /// Begins a step from `position`; the first x follows from x^n + h v^n with held vertices in their places, or is x^n
-  /// if an element would turn over or be stretched too far. Collective.
+  /// Begins a step from `position`; the first x follows from x^n + h v^n with constrained vertices in their places, or
+  /// is x^n if an element would turn over or be stretched too far. Collective.
   /// @param pressure of all chambers, from which the multipliers start [Pa]
   void begin_step(const Field& position, const Eigen::VectorXd& pressure, const StepStart& start);
 
-  /// Accelerations that balance all other forces at a moment, 0 of held vertices (3 x owned) [m/s^2]. Ends the present
-  /// step. Collective.
+  /// Accelerations that balance all other forces at a moment, 0 of constrained vertices (3 x owned) [m/s^2]. Ends the
+  /// present step. Collective.
   /// @param start whose `h` is used for friction alone, as the time of motion at the present velocities
   Eigen::Matrix3Xd acceleration(const Field& position, const StepStart& start);
 
@@ -110,7 +110,7 @@ class StepPotential : public StepPart, public GasFilled {
   /// Work in a step to `end` by the forces at their balance; to be called before `end_gas`. Collective.
   /// @param start_velocity v^n [m/s]
   StepWork work(const Field& end, const Field& start_velocity);
-  /// This rank's share of the work of one potential [J]. Collective.
+  /// This rank's fraction of the work of one potential [J]. Collective.
   double work_of(const Potential& potential, const Field& end) const;
 
   /// Time at which forces are in balance; by arc length the loads' time [s].
@@ -128,12 +128,12 @@ class StepPotential : public StepPart, public GasFilled {
   /// Moves positions (ghosts too) and the pressures of chambers of prescribed volume to the end of the step.
   /// Collective. @returns message if the balance is not the end of a step; otherwise empty
   std::string end_step(Field& position, Eigen::VectorXd& pressure) const;
-  /// Writes x^{n+1}, which follows from x (TimeIntegrator), with held vertices in their places; ghosts up to date. Not
-  /// collective.
+  /// Writes x^{n+1}, which follows from x (TimeIntegrator), with constrained vertices in their places; ghosts up to
+  /// date. Not collective.
   void write_end(Field& position) const;
   /// c [1/s] and x_v [m] of a local vertex, whose velocity at the balance is c (x - x_v).
   double rate() const { return integrator_.rate(h_); }
-  Eigen::Vector3d still(PetscInt i) const { return still_.col(i); }
+  Eigen::Vector3d y_v(PetscInt i) const { return y_v_.col(i); }
 
   const Layout& vertices() const override { return model_.elements.membrane().particles; }
   const std::vector<std::array<PetscInt, 3>>& triangles() const override {
@@ -161,14 +161,14 @@ class StepPotential : public StepPart, public GasFilled {
   /// times the most by which the pressure can fall with the volume beyond a limit point (BorderedSystem). By arc length
   /// one more column, for the additional row.
   int columns() const override { return model_.chambers.count() + (integrator_.arc_length() ? 1 : 0); }
-  void begin_tangent(Curvature curvature, double positive_share) override;
+  void begin_tangent(Curvature curvature, double psd_blend) override;
   LowRank dense_tangent() override;
   bool blends() const override { return wall_.blends(); }
 
   std::vector<int> prescribed() const override { return gas_->prescribed(part_); }
   Eigen::VectorXd pressure_scales() const override { return gas_->pressure_scales(part_); }
   Eigen::VectorXd multiplier() const override { return gas_->multiplier(part_); }
-  Eigen::VectorXd excess_volume() const override { return gas_->excess_volume(part_); }
+  Eigen::VectorXd volume_residual() const override { return gas_->volume_residual(part_); }
 
   double tolerance() const override { return options_.snes_rtol; }
   /// Square root of the wall's undeformed area [m].
@@ -179,7 +179,7 @@ class StepPotential : public StepPart, public GasFilled {
 
  private:
   void add_vertex_potentials();
-  void set_step(const Field& position, const StepStart& start, double share);
+  void set_step(const Field& position, const StepStart& start, double fraction);
   void move_held();
   void set_load_time();
   void stop_at_contact();
@@ -209,15 +209,15 @@ class StepPotential : public StepPart, public GasFilled {
 
   // The present step.
   double h_ = 0;
-  double time_end_ = 0;             ///< t^{n+1} [s]
-  double time_ = 0;                 ///< time of balance [s]
-  Field start_;                     ///< x^n
-  Field position_;                  ///< x
-  Eigen::Matrix3Xd unaccelerated_;  ///< x_a of the local vertices
-  Eigen::Matrix3Xd still_;          ///< x_v of the local vertices
-  Field direction_;                 ///< c, if by arc length
-  double path_length_ = 0;          ///< s [m]
-  double left_ = 0;                 ///< share of the indefinite terms kept in the tangent, 0 to 1
+  double time_end_ = 0;     ///< t^{n+1} [s]
+  double time_ = 0;         ///< time of balance [s]
+  Field start_;             ///< x^n
+  Field position_;          ///< x
+  Eigen::Matrix3Xd y_a_;    ///< x_a of the local vertices
+  Eigen::Matrix3Xd y_v_;    ///< x_v of the local vertices
+  Field direction_;         ///< c, if by arc length
+  double path_length_ = 0;  ///< s [m]
+  double left_ = 0;         ///< fraction of the indefinite terms kept in the tangent, 0 to 1
 
   PotentialSum sum_;                    ///< of the potentials at `position_`, without the gas
   Eigen::Matrix3Xd with_gas_;           ///< gradient of the potentials and the gas (3 x owned) [N]

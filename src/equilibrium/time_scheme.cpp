@@ -22,12 +22,12 @@ TimeIntegrator TimeIntegrator::statics(std::optional<double> arc_length) {
   return result;
 }
 
-Eigen::Vector3d TimeIntegrator::still(double h, const Kinematics& start) const {
+Eigen::Vector3d TimeIntegrator::y_v(double h, const Kinematics& start) const {
   if (!is_second_order_) {
     return Eigen::Vector3d::Zero();
   }
-  return ((share() * gamma_ / beta_ - 1) * start.velocity -
-          share() * h * (1 - gamma_ / (2 * beta_)) * start.acceleration) /
+  return ((fraction() * gamma_ / beta_ - 1) * start.velocity -
+          fraction() * h * (1 - gamma_ / (2 * beta_)) * start.acceleration) /
          rate(h);
 }
 

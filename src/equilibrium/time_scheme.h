@@ -55,19 +55,19 @@ class TimeIntegrator {
   /// Whether the method continues with accelerations and its error is of order h^2; otherwise h.
   bool is_second_order() const { return is_second_order_; }
   /// s
-  double share() const { return 1 - alpha_f_; }
+  double fraction() const { return 1 - alpha_f_; }
   /// k [1/s^2]
-  double inertia(double h) const { return is_static_ ? 0 : (1 - alpha_m_) / (beta_ * h * h * share()); }
+  double inertia(double h) const { return is_static_ ? 0 : (1 - alpha_m_) / (beta_ * h * h * fraction()); }
   /// c [1/s]
   double rate(double h) const { return is_static_ ? 0 : gamma_ / (beta_ * h); }
   /// y_a - x^n [m]. @param start v^n and a^n
-  Eigen::Vector3d unaccelerated(double h, const Kinematics& start) const {
-    return share() * h * (start.velocity + h * (0.5 - beta_ / (1 - alpha_m_)) * start.acceleration);
+  Eigen::Vector3d y_a(double h, const Kinematics& start) const {
+    return fraction() * h * (start.velocity + h * (0.5 - beta_ / (1 - alpha_m_)) * start.acceleration);
   }
   /// y_v - x^n [m]
-  Eigen::Vector3d still(double h, const Kinematics& start) const;
+  Eigen::Vector3d y_v(double h, const Kinematics& start) const;
   /// y - x^n without forces, where Newton's method starts [m].
-  Eigen::Vector3d predicted(double h, const Kinematics& start) const { return share() * h * start.velocity; }
+  Eigen::Vector3d predicted(double h, const Kinematics& start) const { return fraction() * h * start.velocity; }
   /// v^{n+1} and a^{n+1}. @param displacement x^{n+1} - x^n [m]
   Kinematics end(double h, const Eigen::Vector3d& displacement, const Kinematics& start) const;
   /// Estimated error of the step in x^{n+1} [m]: of implicit Euler |x^{n+1} - x^n - h v^n| / 2, which goes with h^2; of

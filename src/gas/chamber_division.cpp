@@ -151,14 +151,14 @@ std::vector<int> Chambers::divide_gas(Division& division, const WallParts& walls
   return chamber_of_part;
 }
 
-/// Divides the gas of a chamber among its parts; the rest has leaked. @param shares of the gas, by chamber
+/// Divides the gas of a chamber among its parts; the rest has leaked. @param fractions of the gas, by chamber
 void Chambers::share_gas(GasExchange& exchange, std::vector<Content>& contents, int chamber,
                          const std::vector<std::pair<int, double>>& shares) const {
   const Content gas = contents[chamber];
   double left = 1;
-  for (const auto& [number, share] : shares) {
-    left -= share;
-    contents[number] = {share * gas.amount, share * gas.heat};
+  for (const auto& [number, fraction] : shares) {
+    left -= fraction;
+    contents[number] = {fraction * gas.amount, fraction * gas.heat};
   }
   leak_out(exchange, contents, chamber, {left * gas.amount, left * gas.heat}, heat_capacity(chamber));
 }

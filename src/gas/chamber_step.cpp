@@ -135,8 +135,8 @@ Chambers::EnergyBalance Chambers::energy_balance(int chamber, double from, doubl
 /// Opens chambers with large holes permanently; a chamber inside another becomes a part of that one.
 void Chambers::open_chambers(GasExchange& exchange, const GasStep& start, const Vessels& vessels, double time,
                              const GasNetwork::End& end) const {
-  constexpr double large_hole = 0.1;  // share of what is left of the wall
-  constexpr double level = 1e-5;      // share of the ambient pressure
+  constexpr double large_hole = 0.1;  // fraction of what is left of the wall
+  constexpr double level = 1e-5;      // fraction of the ambient pressure
   const GasExchange& before = *start.exchange;
   for (std::size_t v = 0; v < vessels.chambers.size(); ++v) {
     const int chamber = vessels.chambers[v];
@@ -185,12 +185,12 @@ GasExchange Chambers::recapped(const GasExchange& exchange, const Eigen::VectorX
   std::vector<bool> is_changed(chambers_.size());
   for (const int chamber : order) {
     const double before = exchange.volume[chamber];
-    const double share = -more[chamber] / before;  // that is outside now
-    if (!vents(chamber) || exchange.is_open(chamber) || share == 0 || !(before > 0 && volumes[chamber] > 0)) {
+    const double fraction = -more[chamber] / before;  // that is outside now
+    if (!vents(chamber) || exchange.is_open(chamber) || fraction == 0 || !(before > 0 && volumes[chamber] > 0)) {
       continue;
     }
     Content& gas = contents[chamber];
-    const Content moved{share * gas.amount, share * gas.heat};
+    const Content moved{fraction * gas.amount, fraction * gas.heat};
     gas.amount -= moved.amount;
     gas.heat -= moved.heat;
     leak_out(result, contents, chamber, moved, heat_capacity(chamber));

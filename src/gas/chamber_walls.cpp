@@ -14,27 +14,27 @@
 namespace pellicle {
 inline namespace gas {
 
-void Chambers::set_living(const Living& living) {
+void Chambers::set_active(const ActiveSet& active) {
   const std::size_t per_element = surface_->triangles_per_element;
-  const std::vector<int> before = std::exchange(chamber_of_triangle_, std::vector<int>(living.triangles.size(), -1));
-  std::vector<int> venting(living.triangles.size(), -1);
+  const std::vector<int> before = std::exchange(chamber_of_triangle_, std::vector<int>(active.triangles.size(), -1));
+  std::vector<int> venting(active.triangles.size(), -1);
   has_hole_.assign(chambers_.size(), 0);
   const auto open = [this](PetscInt chamber) {
     if (chamber >= 0 && !needs_volume(static_cast<int>(chamber))) {
       has_hole_[chamber] = 1;
     }
   };
-  for (std::size_t triangle = 0; triangle < living.triangles.size(); ++triangle) {
+  for (std::size_t triangle = 0; triangle < active.triangles.size(); ++triangle) {
     const auto chamber = static_cast<int>(chamber_of_element_[triangle / per_element]);
-    if ((living.triangles[triangle] && chamber >= 0) || (chamber >= 0 && needs_closed_wall(chamber))) {
+    if ((active.triangles[triangle] && chamber >= 0) || (chamber >= 0 && needs_closed_wall(chamber))) {
       chamber_of_triangle_[triangle] = chamber;
       venting[triangle] = vents(chamber) ? chamber : -1;
     } else {
       open(chamber);
     }
   }
-  for (std::size_t side = 0; side < living.cracked.size(); ++side) {
-    if (living.cracked[side]) {
+  for (std::size_t side = 0; side < active.cracked.size(); ++side) {
+    if (active.cracked[side]) {
       open(chamber_of_element_[surface_->element_of_side(side)]);
     }
   }
@@ -101,10 +101,10 @@ void Chambers::require_closed(int chamber, const Field& rest, const Projectors& 
     for (std::size_t k = 0; k < 3; ++k) {
       const Eigen::Vector3d second = rest.vector(corners[(k + 1) % 3]) - origin_;
       const Eigen::Vector3d third = rest.vector(corners[(k + 2) % 3]) - origin_;
-      const Eigen::Vector3d share = second.cross(third) / 6;
-      scale = std::max(scale, share.norm());
+      const Eigen::Vector3d fraction = second.cross(third) / 6;
+      scale = std::max(scale, fraction.norm());
       if (corners[k] < surface_->particles.owned) {
-        closing.col(corners[k]) += share;
+        closing.col(corners[k]) += fraction;
       }
     }
   }

@@ -112,9 +112,9 @@ void Chambers::add(const std::string& name, const ChamberOptions& options) {
   chamber.options = options;
 }
 
-/// Sets the initial volumes of chambers whose elements are known, all of them living. Collective.
+/// Sets the initial volumes of chambers whose elements are known, all of them active. Collective.
 void Chambers::set_initial_volumes() {
-  set_living(Living(*surface_));
+  set_active(ActiveSet(*surface_));
   Field rest(surface_->particles, 3);
   rest.values() = surface_->rest;
   const Eigen::VectorXd volume = initial_exchange_.gas_volumes(volumes(rest));

@@ -15,7 +15,7 @@
 #include "gas/rims.h"
 #include "geometry/projectors.h"
 #include "parallel/field.h"
-#include "surface/living.h"
+#include "surface/active_set.h"
 #include "surface/symmetry_planes.h"
 
 namespace pellicle {
@@ -90,7 +90,7 @@ class Chambers {
   const Rims& rims() const { return rims_; }
   /// Sets which triangles of the local elements live: the pressure of a chamber that may have holes acts on no others.
   /// Collective.
-  void set_living(const Living& living);
+  void set_active(const ActiveSet& active);
   /// Division of chambers that vent and whose wall has come apart. Each piece that encloses a hundredth of the
   /// chamber's volume bounds a chamber, with gas of the same state in proportion to its volume; the oldest of them
   /// continues as the old chamber, with its links. Smaller pieces bound none. The rest of the gas has leaked. A chamber
@@ -103,7 +103,7 @@ class Chambers {
   /// None if no wall has come apart. Collective. @param piece of each local particle (Pieces)
   std::optional<Division> divided(const std::vector<PetscInt>& piece, const GasExchange& exchange,
                                   const Field& positions, double time) const;
-  /// Sets the chamber of each element after a division without new chambers; call set_living afterwards.
+  /// Sets the chamber of each element after a division without new chambers; call set_active afterwards.
   void set_numbers(const std::vector<PetscInt>& numbers) { chamber_of_element_ = numbers; }
   /// Whether triangles are missing on which the given pressure of a chamber would act, or its wall has cracked. Then V
   /// is no volume, and dV/dx, by which the pressure acts, is not its gradient.

@@ -48,31 +48,31 @@ using ByState = std::array<double, 3>;
 /// turns a small difference of pressures into a large flow.
 bool is_rounding(const Eigen::VectorXd& rest, const Eigen::SparseMatrix<double>& jacobian,
                  const std::vector<VesselGas>& gas) {
-  constexpr double share = 4 * std::numeric_limits<double>::epsilon();
+  constexpr double fraction = 4 * std::numeric_limits<double>::epsilon();
   Eigen::VectorXd values(rest.size());
   for (std::size_t v = 0; v < gas.size(); ++v) {
     values.segment<2>(static_cast<Eigen::Index>(2 * v)) = Eigen::Vector2d(gas[v].amount, gas[v].heat);
   }
-  const Eigen::VectorXd rounding = share * (jacobian.cwiseAbs() * values.cwiseAbs());
+  const Eigen::VectorXd rounding = fraction * (jacobian.cwiseAbs() * values.cwiseAbs());
   return (rest.array().abs() <= rounding.array()).all();
 }
 
 /// Largest share, at most 1, of a descent (amount and heat of each vessel) that leaves each vessel a tenth of its gas.
 double largest_share(const std::vector<VesselGas>& gas, const Eigen::VectorXd& descent) {
   constexpr double most_lost = 0.9;
-  double share = 1;
+  double fraction = 1;
   for (Eigen::Index k = 0; k < descent.size(); ++k) {
     const VesselGas& has = gas[k / 2];
-    share = std::min(share, most_lost * (k % 2 == 0 ? has.amount : has.heat) / std::max(descent[k], 1e-300));
+    fraction = std::min(fraction, most_lost * (k % 2 == 0 ? has.amount : has.heat) / std::max(descent[k], 1e-300));
   }
-  return share;
+  return fraction;
 }
 
-/// The gas after a share of a descent.
-std::vector<VesselGas> moved_by(std::vector<VesselGas> gas, const Eigen::VectorXd& descent, double share) {
+/// The gas after a fraction of a descent.
+std::vector<VesselGas> moved_by(std::vector<VesselGas> gas, const Eigen::VectorXd& descent, double fraction) {
   for (std::size_t v = 0; v < gas.size(); ++v) {
-    gas[v].amount -= share * descent[static_cast<Eigen::Index>(2 * v)];
-    gas[v].heat -= share * descent[static_cast<Eigen::Index>(2 * v + 1)];
+    gas[v].amount -= fraction * descent[static_cast<Eigen::Index>(2 * v)];
+    gas[v].heat -= fraction * descent[static_cast<Eigen::Index>(2 * v + 1)];
   }
   return gas;
 }
@@ -136,9 +136,9 @@ GasNetwork::Local GasNetwork::local(int number, const Step& step, const VesselGa
     return local;
   }
   const double compression = std::pow(volume / self.reference_volume, self.gamma - 1);
-  const double share = gas_constant / (compression * volume);
-  local.pressure = gas.heat * share;
-  local.pressure_by = {0, share, -self.gamma * local.pressure / volume};
+  const double fraction = gas_constant / (compression * volume);
+  local.pressure = gas.heat * fraction;
+  local.pressure_by = {0, fraction, -self.gamma * local.pressure / volume};
   local.temperature = gas.heat / (gas.amount * compression);
   local.temperature_by = {-local.temperature / gas.amount, 1 / (gas.amount * compression),
                           -(self.gamma - 1) * local.temperature / volume};
@@ -352,7 +352,7 @@ Eigen::VectorXd GasNetwork::scales(const Step& step) const {
 
 GasNetwork::End GasNetwork::solve(const Step& step) const {
   constexpr int most_iterations = 100;
-  constexpr double rounding = 1e-14;   // shares of amounts and heats: at which iterations end,
+  constexpr double rounding = 1e-14;   // fractions of amounts and heats: at which iterations end,
   constexpr double tolerance = 1e-9;   // and at which they have converged, where rounding allows no more
   constexpr double most_rounding = 1;  // and what rounding may leave of them where links are very wide
   // Factor by which a whole iteration has to reduce the residual: between flows like the square root of a difference of
@@ -382,13 +382,13 @@ GasNetwork::End GasNetwork::solve(const Step& step) const {
     if (!(moved > rounding)) {
       break;
     }
-    double share = largest_share(gas, descent);
+    double fraction = largest_share(gas, descent);
     const double rest = size(balance.rest);
-    std::vector<VesselGas> next = moved_by(gas, descent, share);
+    std::vector<VesselGas> next = moved_by(gas, descent, fraction);
     Balance there = this->balance(step, next);
-    while (!(size(there.rest) < (1 - least_gain * share) * rest) && share * moved > rounding) {
-      share /= 2;
-      next = moved_by(gas, descent, share);
+    while (!(size(there.rest) < (1 - least_gain * fraction) * rest) && fraction * moved > rounding) {
+      fraction /= 2;
+      next = moved_by(gas, descent, fraction);
       there = this->balance(step, next);
     }
     if (!(size(there.rest) < rest)) {  // Rounding is all that is left.

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "base/options.h"
+#include "options/options.h"
 
 namespace pellicle {
 inline namespace gas {
@@ -30,7 +30,7 @@ struct LinkOptions {
   std::string to;                     ///< name of a chamber; empty: the ambient air
   std::optional<double> area;         ///< of the narrowest place [m^2]
   double discharge = 1;               ///< coefficient of the flow, of a sharp edge 0.6
-  Rows opens;                         ///< key points (time [s], share of the area that is open); empty: all of it
+  Rows opens;                         ///< key points (time [s], fraction of the area that is open); empty: all of it
   bool one_way = false;               ///< nothing flows back from `to`
   Rows flow;                          ///< of a pump, in place of an area: key points (time [s], flow [mol/s])
   std::optional<double> temperature;  ///< of gas that a pump brings from outside; none: of the ambient air [K]
@@ -64,7 +64,7 @@ struct ChamberOptions {
   std::string inside;           ///< name of the chamber round this one; empty: the ambient air
   std::optional<double> gamma;  ///< adiabatic exponent, 1.4 unless given
   std::optional<double> hole_discharge;  ///< coefficient of flow through holes; none: the wall must be closed
-  double permeability = 0;               ///< share of the wall's area through which gas seeps as through holes
+  double permeability = 0;               ///< fraction of the wall's area through which gas seeps as through holes
   double heat_transfer = 0;              ///< adiabatic: coefficient between wall and gas [W/(m^2 K)]
   double wall_temperature = 293.15;      ///< of a wall that has no temperature of its own [K]
   Rows volume_ratio;                     ///< V/V0

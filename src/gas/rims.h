@@ -11,7 +11,7 @@
 namespace pellicle {
 inline namespace gas {
 
-/// The rims of chambers' walls with holes: closed loops of sides of living triangles without a neighbour. A cap closes
+/// The rims of chambers' walls with holes: closed loops of sides of active triangles without a neighbour. A cap closes
 /// each rim: triangles from the mean of its sides to the sides. So a wall with holes encloses a volume. A pressure acts
 /// on the existing wall, not on the caps.
 ///

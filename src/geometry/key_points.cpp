@@ -7,11 +7,11 @@ inline namespace geometry {
 
 namespace {
 
-/// The rows between which `time` lies (outside all of them the same one twice), and the share of the second.
+/// The rows between which `time` lies (outside all of them the same one twice), and the fraction of the second.
 struct Between {
   const std::vector<double>& before;
   const std::vector<double>& after;
-  double share = 0;
+  double fraction = 0;
 };
 
 Between rows_round(const std::vector<std::vector<double>>& rows, double time) {
@@ -30,7 +30,7 @@ Between rows_round(const std::vector<std::vector<double>>& rows, double time) {
 Eigen::Vector3d place_on_key_points(const std::vector<std::vector<double>>& rows, double time) {
   const Between at = rows_round(rows, time);
   const auto place = [](const std::vector<double>& row) { return Eigen::Vector3d(row[1], row[2], row[3]); };
-  return (1 - at.share) * place(at.before) + at.share * place(at.after);
+  return (1 - at.fraction) * place(at.before) + at.fraction * place(at.after);
 }
 
 Eigen::Vector3d integral_on_key_points(const std::vector<std::vector<double>>& rows, double time) {
@@ -55,7 +55,7 @@ Eigen::Vector3d integral_on_key_points(const std::vector<std::vector<double>>& r
 
 double value_on_key_points(const std::vector<std::vector<double>>& rows, double time) {
   const Between at = rows_round(rows, time);
-  return (1 - at.share) * at.before[1] + at.share * at.after[1];
+  return (1 - at.fraction) * at.before[1] + at.fraction * at.after[1];
 }
 
 std::string fault_of_key_points(const std::vector<std::vector<double>>& rows, const std::vector<std::string>& columns) {

@@ -9,7 +9,7 @@ inline namespace geometry {
 struct BorderPoint {
   int from = 0;  ///< a corner with level >= 0
   int to = 0;    ///< a corner with level < 0, or `from`
-  double t = 0;  ///< share of the way from `from` to `to`: m'_0 / (m'_0 - m'_1) (burning paper, eq. 7)
+  double t = 0;  ///< fraction of the way from `from` to `to`: m'_0 / (m'_0 - m'_1) (burning paper, eq. 7)
 };
 
 /// The part of a triangle in which a linear level is not negative: none, one or two triangles, turned as the whole.

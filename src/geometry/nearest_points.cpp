@@ -35,13 +35,13 @@ NearestPoints nearest_of_point_and_triangle(const std::array<Eigen::Vector3d, 4>
   double smallest = std::numeric_limits<double>::infinity();
   for (std::size_t side = 1; side <= 3; ++side) {
     const std::size_t next = side % 3 + 1;
-    const double share = nearest_share(point - corners[side], corners[next] - corners[side]);
-    const Eigen::Vector3d apart = point - (1 - share) * corners[side] - share * corners[next];
+    const double fraction = nearest_share(point - corners[side], corners[next] - corners[side]);
+    const Eigen::Vector3d apart = point - (1 - fraction) * corners[side] - fraction * corners[next];
     if (apart.squaredNorm() < smallest) {
       smallest = apart.squaredNorm();
       nearest = {{1, 0, 0, 0}, apart};
-      nearest.weights[side] = share - 1;
-      nearest.weights[next] = -share;
+      nearest.weights[side] = fraction - 1;
+      nearest.weights[next] = -fraction;
     }
   }
   return nearest;

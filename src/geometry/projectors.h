@@ -7,7 +7,7 @@ namespace pellicle {
 inline namespace geometry {
 
 /// Orthogonal projectors on the directions in which vertices may move: I for most, which is stored once, I - n n^T and
-/// so on, 0 for held ones.
+/// so on, 0 for constrained ones.
 class Projectors {
  public:
   Projectors() = default;

@@ -7,9 +7,9 @@
 
 #include "base/error.h"
 #include "base/units.h"
+#include "linear/ksp.h"
+#include "linear/shell_operations.h"
 #include "parallel/collective.h"
-#include "solvers/ksp.h"
-#include "solvers/shell_operations.h"
 
 namespace pellicle {
 inline namespace heat {
@@ -95,9 +95,9 @@ void Conduction::create_shell() {
 
 void Conduction::update_operator(const ConductionInput& input) {
   if (umbrella_) {
-    set_umbrella(graph_, surface_, diffusivity_, input.positions, input.living);
+    set_umbrella(graph_, surface_, diffusivity_, input.positions, input.active);
   } else {
-    set_cotangent(graph_, surface_, diffusivity_, input.positions, input.mass, input.living);
+    set_cotangent(graph_, surface_, diffusivity_, input.positions, input.mass, input.active);
   }
   const PetscInt owned = surface_.particles.owned;
   sum_.setZero(surface_.particles.local());

@@ -8,7 +8,7 @@
 #include "heat/diffusion_graph.h"
 #include "heat/heat_options.h"
 #include "parallel/field.h"
-#include "surface/living.h"
+#include "surface/active_set.h"
 #include "surface/surface.h"
 
 namespace pellicle {
@@ -16,10 +16,10 @@ inline namespace heat {
 
 /// Data of a step for conduction, with ghosts up to date.
 struct ConductionInput {
-  const Field& positions;  ///< [m], (3 x local)
-  const Field& mass;       ///< [kg], (1 x local); used by the consistent operator alone
-  const Living& living;    ///< triangles and springs that have not burnt
-  double time_step = 0;    ///< h [s]
+  const Field& positions;   ///< [m], (3 x local)
+  const Field& mass;        ///< [kg], (1 x local); used by the consistent operator alone
+  const ActiveSet& active;  ///< triangles and springs that have not burnt
+  double time_step = 0;     ///< h [s]
 };
 
 /// Heat conduction over all particles of a surface by backward Euler (burning paper, eq. 2, 3 and section 5):
@@ -30,7 +30,7 @@ struct ConductionInput {
 /// constant to rounding. While some r_i / capacity_i exceeds `heat.ksp_rtol` times the range of temperatures, and
 /// rounding, the system is solved for r again.
 ///
-/// A particle without living neighbours keeps its temperature. The matrix is assembled (pattern once, values each step)
+/// A particle without active neighbours keeps its temperature. The matrix is assembled (pattern once, values each step)
 /// or matrix-free; KSP prefix `heat_`.
 class Conduction {
  public:

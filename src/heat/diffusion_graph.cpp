@@ -10,7 +10,7 @@ inline namespace heat {
 
 namespace {
 
-/// Distances and areas are not taken smaller than this share of the initial ones: a crumpled sheet must not make a
+/// Distances and areas are not taken smaller than this fraction of the initial ones: a crumpled sheet must not make a
 /// weight infinite.
 constexpr double smallest_share = 1e-3;
 
@@ -19,7 +19,7 @@ double triangle_area(const std::array<Eigen::Vector3d, 3>& x) { return 0.5 * (x[
 /// Pairs of an element: the sides of its triangle; of a quad its sides, then from its corners to its centre.
 std::size_t pairs_of_element(const Surface& surface) { return surface.has_quads() ? 8 : 3; }
 
-/// Numbers among an element's pairs of a drawn triangle's points 0 and 1, 0 and 2, 1 and 2.
+/// Numbers among an element's pairs of a surface triangle's points 0 and 1, 0 and 2, 1 and 2.
 std::array<std::size_t, 3> sides_of(const Surface& surface, std::size_t triangle) {
   return surface.has_quads() ? std::array{triangle, 4 + triangle, 4 + (triangle + 1) % 4}
                              : std::array<std::size_t, 3>{0, 1, 2};
@@ -53,7 +53,7 @@ std::vector<std::array<PetscInt, 2>> umbrella_pairs(const Surface& surface) {
 }
 
 void set_umbrella(DiffusionGraph& graph, const Surface& surface, const std::vector<double>& diffusivity,
-                  const Field& positions, const Living& living) {
+                  const Field& positions, const ActiveSet& active) {
   graph.weights.assign(graph.pairs.size(), 0);
   const PetscInt owned = surface.particles.owned;
   graph.capacity.setZero(owned);
@@ -61,7 +61,7 @@ void set_umbrella(DiffusionGraph& graph, const Surface& surface, const std::vect
   for (std::size_t colour = 0; colour < surface.springs.size(); ++colour) {
     const SpringSet& set = surface.springs[colour];
     for (std::size_t s = 0; s < set.ends.size(); ++s, ++p) {
-      if (!living.springs[colour][s]) {
+      if (!active.springs[colour][s]) {
         continue;
       }
       const auto [a, b] = set.ends[s];
@@ -94,11 +94,11 @@ std::vector<std::array<PetscInt, 2>> cotangent_pairs(const Surface& surface) {
 }
 
 void set_cotangent(DiffusionGraph& graph, const Surface& surface, const std::vector<double>& diffusivity,
-                   const Field& positions, const Field& mass, const Living& living) {
+                   const Field& positions, const Field& mass, const ActiveSet& active) {
   graph.weights.assign(graph.pairs.size(), 0);
   const auto mass_ratio = [&](PetscInt i) { return mass.data()[i] / surface.initial_mass[i]; };
   const auto alpha = [&](PetscInt i) { return diffusivity[i]; };
-  const std::array<double, 3> share = surface.point_shares();
+  const std::array<double, 3> fraction = surface.point_shares();
   const std::size_t per_element = surface.triangles_per_element;
   const std::size_t pairs_each = pairs_of_element(surface);
 
@@ -113,7 +113,7 @@ void set_cotangent(DiffusionGraph& graph, const Surface& surface, const std::vec
       area[k] = std::max(triangle_area(present(triangle)), smallest_share * triangle_area(rest(triangle)));
       element_area += area[k];
       for (std::size_t i = 0; i < 3; ++i) {
-        element_ratio += share[i] * mass_ratio(triangle[i]);
+        element_ratio += fraction[i] * mass_ratio(triangle[i]);
       }
     }
     element_ratio /= static_cast<double>(per_element);
@@ -122,7 +122,7 @@ void set_cotangent(DiffusionGraph& graph, const Surface& surface, const std::vec
     // K_ab = e_a . e_b / (4 A) with e_a the edge opposite to a, whose negative is the weight of the pair.
     double* weight = &graph.weights[pairs_each * element];
     for (std::size_t k = 0; k < per_element; ++k) {
-      if (!living.triangles[per_element * element + k]) {
+      if (!active.triangles[per_element * element + k]) {
         continue;
       }
       const std::array<PetscInt, 3>& triangle = surface.triangles[per_element * element + k];

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "parallel/field.h"
-#include "surface/living.h"
+#include "surface/active_set.h"
 #include "surface/surface.h"
 
 namespace pellicle {
@@ -34,27 +34,28 @@ std::vector<std::array<PetscInt, 2>> umbrella_pairs(const Surface& surface);
 /// out.
 /// @param diffusivity alpha of the local particles [m^2/s]
 /// @param positions [m], ghosts up to date, (3 x local)
-/// @param living springs that have not burnt, ghosts up to date
+/// @param active springs that have not burnt, ghosts up to date
 void set_umbrella(DiffusionGraph& graph, const Surface& surface, const std::vector<double>& diffusivity,
-                  const Field& positions, const Living& living);
+                  const Field& positions, const ActiveSet& active);
 
-/// Pairs of the consistent operator: the sides of the drawn triangles of each local element.
+/// Pairs of the consistent operator: the sides of the surface triangles of each local element.
 std::vector<std::array<PetscInt, 2>> cotangent_pairs(const Surface& surface);
 
-/// Sets weights and capacity to linear finite elements (cotangent weights) on the drawn triangles: those of the mesh,
+/// Sets weights and capacity to linear finite elements (cotangent weights) on the surface triangles: those of the mesh,
 /// or two neighbouring corners of a quad and its centre, which is the mean of its corners and carries the lattice
 /// particle's temperature. A flat sheet is therefore exact, whatever its thickness.
 ///
 /// In conservation form, m_i dT_i/dt = sum over triangles of alpha sigma K_ij T_j, with the areal density sigma of the
 /// element: with equal density this converges to alpha times the Laplacian, and it keeps sum_i m_i T_i always. The
-/// share of a half of a quad's mass that the lattice particle has makes every row exact on a square grid. alpha is the
-/// mean of the triangle's particles; areas are not taken below 1e-3 of the initial ones. Dead triangles do not conduct.
+/// fraction of a half of a quad's mass that the lattice particle has makes every row exact on a square grid. alpha is
+/// the mean of the triangle's particles; areas are not taken below 1e-3 of the initial ones. Dead triangles do not
+/// conduct.
 /// @param diffusivity alpha of the local particles [m^2/s]
 /// @param positions [m], ghosts up to date, (3 x local)
 /// @param mass [kg], ghosts up to date, (1 x local); the capacity
-/// @param living triangles that have not burnt, ghosts up to date
+/// @param active triangles that have not burnt, ghosts up to date
 void set_cotangent(DiffusionGraph& graph, const Surface& surface, const std::vector<double>& diffusivity,
-                   const Field& positions, const Field& mass, const Living& living);
+                   const Field& positions, const Field& mass, const ActiveSet& active);
 
 }  // namespace heat
 }  // namespace pellicle

@@ -41,13 +41,13 @@ double release_burning_heat(Field& temperature, const Surface& surface, const Fi
   return heat;
 }
 
-Eigen::VectorXd particle_areas(const Surface& surface, const Field& positions, const Living& living) {
+Eigen::VectorXd particle_areas(const Surface& surface, const Field& positions, const ActiveSet& active) {
   Eigen::VectorXd area = Eigen::VectorXd::Zero(surface.particles.local());
-  const std::array<double, 3> share = surface.point_shares();
+  const std::array<double, 3> fraction = surface.point_shares();
   const std::size_t per_element = surface.triangles_per_element;
   const auto x = [&positions](PetscInt particle) { return positions.vector(particle); };
   for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-    if (!living.triangles[t]) {
+    if (!active.triangles[t]) {
       continue;
     }
     const std::array<PetscInt, 3>& triangle = surface.triangles[t];
@@ -59,20 +59,20 @@ Eigen::VectorXd particle_areas(const Surface& surface, const Field& positions, c
       triangle_area = 0.5 * (x(triangle[1]) - x(triangle[0])).cross(x(triangle[2]) - x(triangle[0])).norm();
     }
     for (std::size_t i = 0; i < 3; ++i) {
-      area[triangle[i]] += share[i] * triangle_area;
+      area[triangle[i]] += fraction[i] * triangle_area;
     }
   }
   return area.head(surface.particles.owned);
 }
 
 HeatExchange exchange_with_surroundings(Field& temperature, const Surface& surface, const Field& positions,
-                                        const Field& mass, const Living& living, double time_step,
+                                        const Field& mass, const ActiveSet& active, double time_step,
                                         const HeatOptions& options) {
   HeatExchange exchange;
   if (options.convection == 0 && options.emissivity == 0) {
     return exchange;
   }
-  const Eigen::VectorXd area = particle_areas(surface, positions, living);
+  const Eigen::VectorXd area = particle_areas(surface, positions, active);
   const double ambient = options.ambient_temperature;
   // Heat transfer coefficient of convection, and of radiation in the same form:
   // T^4 - A^4 = (T - A) (T + A) (T^2 + A^2).

@@ -2,7 +2,7 @@
 
 #include "heat/heat_options.h"
 #include "parallel/field.h"
-#include "surface/living.h"
+#include "surface/active_set.h"
 #include "surface/surface.h"
 
 namespace pellicle {
@@ -21,8 +21,8 @@ double release_burning_heat(Field& temperature, const Surface& surface, const Fi
 /// Area of the surface that belongs to each owned particle [m^2], divided as the masses are: of a quad half to its
 /// lattice particle and an eighth to each corner, of a triangle a third to each corner. Dead triangles are left out.
 /// Not collective.
-/// @param living triangles that have not burnt, ghosts up to date
-Eigen::VectorXd particle_areas(const Surface& surface, const Field& positions, const Living& living);
+/// @param active triangles that have not burnt, ghosts up to date
+Eigen::VectorXd particle_areas(const Surface& surface, const Field& positions, const ActiveSet& active);
 
 /// Heat that the owned particles exchanged [J].
 struct HeatExchange {
@@ -33,9 +33,9 @@ struct HeatExchange {
 /// Exchange with the surroundings on both sides by convection and radiation,
 /// m c dT/dt = -2 A (h_c (T - T_amb) + epsilon sigma (T^4 - T_amb^4)), by the exponential midpoint rule: exact for
 /// convection, second order for radiation, never beyond T_amb. Does nothing when both are off. Collective.
-/// @param living triangles that have not burnt, ghosts up to date
+/// @param active triangles that have not burnt, ghosts up to date
 HeatExchange exchange_with_surroundings(Field& temperature, const Surface& surface, const Field& positions,
-                                        const Field& mass, const Living& living, double time_step,
+                                        const Field& mass, const ActiveSet& active, double time_step,
                                         const HeatOptions& options);
 
 }  // namespace heat

@@ -1,6 +1,6 @@
 #include "heat/heat_options.h"
 
-#include "base/options.h"
+#include "options/options.h"
 
 namespace pellicle {
 inline namespace heat {

@@ -4,13 +4,13 @@
 #include <string>
 #include <vector>
 
-#include "base/choice.h"
 #include "heat/heat_source.h"
+#include "options/choice.h"
 
 namespace pellicle {
-inline namespace base {
+inline namespace options {
 class OptionTable;
-}  // namespace base
+}  // namespace options
 inline namespace heat {
 
 /// Discrete Laplacian of the conduction. umbrella: eq. 3 as printed.

@@ -86,16 +86,16 @@ double apply_heat_source(Field& temperature, const HeatSource& source, const Hea
     if (input.mass.data()[i] == 0) {
       continue;
     }
-    double share = 0;
+    double fraction = 0;
     if (ball) {
       const double squared = (input.positions.vector(i) - centre).squaredNorm() / (source.radius * source.radius);
-      share = squared < 1 ? ball_share * (1 - squared) * (1 - squared) : 0;
+      fraction = squared < 1 ? ball_share * (1 - squared) * (1 - squared) : 0;
     } else {
-      share = -std::expm1(-source.rate * input.texture[i] * input.time_step);
+      fraction = -std::expm1(-source.rate * input.texture[i] * input.time_step);
     }
     double& value = temperature.data()[i];
     const double before = value;
-    value += share * std::max(source.temperature - value, 0.0);
+    value += fraction * std::max(source.temperature - value, 0.0);
     if (i < particles.owned) {
       heat += input.mass.data()[i] * input.capacity * (value - before);
     }

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "base/options.h"
+#include "options/options.h"
 #include "parallel/field.h"
 #include "surface/surface.h"
 

@@ -84,9 +84,10 @@ void Console::progress(const Progress& progress) {
     return;
   }
   const double elapsed = MPI_Wtime() - start_;
-  const std::string left = progress.share > 0 ? duration_text(elapsed * (1 - progress.share) / progress.share) : "?";
+  const std::string left =
+      progress.fraction > 0 ? duration_text(elapsed * (1 - progress.fraction) / progress.fraction) : "?";
   tell(fmt::format("step {:6}  time {:<10.5g} s {:>5.1f} %  left {:<12}  iterations {:5}  {}", progress.step,
-                   progress.time, 100 * progress.share, left, progress.iterations, progress.figures));
+                   progress.time, 100 * progress.fraction, left, progress.iterations, progress.figures));
 }
 
 void Console::stage_table(const std::vector<std::pair<std::string, const StageClock*>>& clocks) {

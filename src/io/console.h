@@ -18,7 +18,7 @@ inline namespace io {
 struct Progress {
   int step = 0;
   double time = 0;      ///< [s]
-  double share = 0;     ///< completed part of the run, 0 to 1
+  double fraction = 0;  ///< completed part of the run, 0 to 1
   int iterations = 0;   ///< linear iterations of the step
   std::string figures;  ///< further figures of the chain, such as "|C| 1.2e-05 m"
 };

@@ -1,7 +1,7 @@
 #include "io/distinct_names.h"
 
 #include "base/error.h"
-#include "base/spelling.h"
+#include "options/spelling.h"
 
 namespace pellicle {
 inline namespace io {

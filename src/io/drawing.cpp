@@ -167,7 +167,7 @@ Drawing drawing_of(const Surface& surface, DrawnSurface drawn) {
   return drawing;
 }
 
-Drawing drawing_of_springs(const Sheet& sheet, const Living& living) {
+Drawing drawing_of_springs(const Sheet& sheet, const ActiveSet& active) {
   ParticlePoints number(sheet);
   Drawing drawing;
   drawing.skeleton = vtkSmartPointer<vtkPolyData>::New();
@@ -177,7 +177,7 @@ Drawing drawing_of_springs(const Sheet& sheet, const Living& living) {
   for (const Colour colour : all_colours) {
     const SpringSet& springs = sheet.of(colour);
     for (std::size_t spring = 0; spring < static_cast<std::size_t>(springs.owned()); ++spring, ++item) {
-      if (sheet.acts(colour) && living.springs[static_cast<std::size_t>(colour)][spring]) {
+      if (sheet.acts(colour) && active.springs[static_cast<std::size_t>(colour)][spring]) {
         const vtkIdType line[] = {number(springs.ends[spring][0]), number(springs.ends[spring][1])};
         lines->InsertNextCell(2, line);
         colour_of_line->InsertNextValue(static_cast<int>(colour));
@@ -186,7 +186,7 @@ Drawing drawing_of_springs(const Sheet& sheet, const Living& living) {
     }
   }
   // A point counts on the rank that owns its particle, also where other ranks own all springs at it.
-  const std::vector<bool> has_springs = particles_with_springs(sheet, living);
+  const std::vector<bool> has_springs = particles_with_springs(sheet, active);
   for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
     if (has_springs[i] && (sheet.layers == 2 || !sheet.is_lattice[i])) {
       number(i);

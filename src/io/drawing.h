@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "state/field_registry.h"
+#include "surface/active_set.h"
 #include "surface/drawn_surface.h"
-#include "surface/living.h"
 #include "surface/sheet.h"
 
 namespace pellicle {
@@ -33,16 +33,16 @@ struct Drawing {
   std::vector<PetscInt> items;  ///< of each drawn cell: the local cell, the element, or the owned spring
 };
 
-/// A drawing of the living part of a surface. Point data: `vertex_id` (the persistent id, negative at cuts), the
+/// A drawing of the active part of a surface. Point data: `vertex_id` (the persistent id, negative at cuts), the
 /// texture coordinates `TCoords`, of type float, if the surface has them, and `vtkGhostType`, which marks a point that
 /// another rank counts as a duplicate, so that statistics count it once. Cell data: `rank`, and `cell_id`, the number
 /// of the face in its file. Collective.
 Drawing drawing_of(const Surface& surface, DrawnSurface drawn);
 
-/// A drawing of the living owned springs as lines between particles, the colours in their order: point data `vertex_id`
+/// A drawing of the active owned springs as lines between particles, the colours in their order: point data `vertex_id`
 /// and `vtkGhostType`; cell data `colour` (as Colour) and `rank`. An item is the number of the spring among the owned
 /// ones of all colours, dead ones included.
-Drawing drawing_of_springs(const Sheet& sheet, const Living& living);
+Drawing drawing_of_springs(const Sheet& sheet, const ActiveSet& active);
 
 /// The drawing with places of points and fields: a point has the weighted mean of its particles' values, a cell its
 /// item's value.

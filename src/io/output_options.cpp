@@ -5,7 +5,7 @@
 #include <filesystem>
 
 #include "base/error.h"
-#include "base/options.h"
+#include "options/options.h"
 
 namespace pellicle {
 inline namespace io {

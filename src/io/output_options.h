@@ -4,9 +4,9 @@
 #include <vector>
 
 namespace pellicle {
-inline namespace base {
+inline namespace options {
 class OptionTable;
-}  // namespace base
+}  // namespace options
 inline namespace io {
 
 /// Folder, content and frequency of a run's files.

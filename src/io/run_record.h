@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "base/deck.h"
+#include "options/deck.h"
 
 namespace pellicle {
 inline namespace io {

@@ -5,12 +5,12 @@
 #include <limits>
 
 #include "base/error.h"
-#include "base/options.h"
 #include "base/units.h"
 #include "geometry/pi.h"
 #include "geometry/rigid_motion.h"
 #include "geometry/solid_distance.h"
 #include "meshing/implicit_surface.h"
+#include "options/options.h"
 
 namespace pellicle {
 inline namespace meshing {
@@ -260,8 +260,8 @@ SurfaceMesh blobs_mesh(const std::map<std::string, BlobOptions>& blobs, int vert
   for (const std::vector<int>& face : mesh.faces) {
     std::vector<Eigen::Vector2d>& corners = mesh.uv.emplace_back();
     for (const int point : face) {
-      const Eigen::Vector3d share = (mesh.points[point] - box.min()).cwiseQuotient(box.sizes());
-      corners.emplace_back(share.x(), share.z());
+      const Eigen::Vector3d fraction = (mesh.points[point] - box.min()).cwiseQuotient(box.sizes());
+      corners.emplace_back(fraction.x(), fraction.z());
     }
   }
   return mesh;

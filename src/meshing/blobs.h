@@ -8,13 +8,13 @@
 #include <string>
 #include <vector>
 
-#include "base/choice.h"
 #include "meshing/surface_mesh.h"
+#include "options/choice.h"
 
 namespace pellicle {
-inline namespace base {
+inline namespace options {
 class OptionTable;
-}  // namespace base
+}  // namespace options
 inline namespace meshing {
 
 enum class BlobShape { sphere, ellipsoid, box, capsule, cylinder, torus };

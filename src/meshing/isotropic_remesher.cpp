@@ -32,7 +32,7 @@ IsotropicRemesher::IsotropicRemesher(const SurfaceMesh& mesh, const ImplicitSurf
       points_(mesh.points),
       out_(mesh.points.size(), -1),
       valence_(mesh.points.size(), 0),
-      living_points_(static_cast<int>(mesh.points.size())) {
+      active_points_(static_cast<int>(mesh.points.size())) {
   std::map<std::pair<int, int>, int> by_ends;
   for (const std::vector<int>& face : mesh.faces) {
     for (std::size_t k = 0; k < 3; ++k) {
@@ -126,7 +126,7 @@ void IsotropicRemesher::split(int h) {
   valence_.push_back(4);
   ++valence_[index(c)];
   ++valence_[index(d)];
-  ++living_points_;
+  ++active_points_;
 }
 
 /// Collapses an edge to its middle. @returns whether that is possible without touching, folding or an edge beyond
@@ -187,7 +187,7 @@ bool IsotropicRemesher::collapse(int h, double longest) {
   --valence_[index(c)];
   --valence_[index(d)];
   points_[index(a)] = merged;
-  --living_points_;
+  --active_points_;
   return true;
 }
 

@@ -31,7 +31,7 @@ class IsotropicRemesher {
   /// Puts all points onto the surface, to rounding.
   void project();
 
-  int points() const { return living_points_; }
+  int points() const { return active_points_; }
   /// Whether all points are on the surface, to rounding, and all triangles face outward.
   bool follows_surface() const;
   /// The mesh, without gaps in the numbers.
@@ -70,7 +70,7 @@ class IsotropicRemesher {
   std::vector<int> valence_;  ///< of each point
   std::vector<int> from_;     ///< point that the half-edge leaves, -1: its triangle is gone
   std::vector<int> twin_;
-  int living_points_ = 0;
+  int active_points_ = 0;
 };
 
 }  // namespace meshing

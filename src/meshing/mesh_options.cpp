@@ -3,13 +3,13 @@
 #include <Eigen/Geometry>
 
 #include "base/error.h"
-#include "base/options.h"
 #include "geometry/pi.h"
 #include "meshing/blobs.h"
 #include "meshing/closed_shapes.h"
 #include "meshing/generators.h"
 #include "meshing/readers.h"
 #include "meshing/shirt.h"
+#include "options/options.h"
 
 namespace pellicle {
 inline namespace meshing {

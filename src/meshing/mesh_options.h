@@ -6,14 +6,14 @@
 #include <string>
 #include <vector>
 
-#include "base/choice.h"
 #include "meshing/blobs.h"
 #include "meshing/surface_mesh.h"
+#include "options/choice.h"
 
 namespace pellicle {
-inline namespace base {
+inline namespace options {
 class OptionTable;
-}  // namespace base
+}  // namespace options
 inline namespace meshing {
 
 /// Shapes of generated meshes, as in `describe`; file needs `MeshOptions::file`.

@@ -79,7 +79,7 @@ Role role_of(std::string_view element, std::string_view property, bool is_list) 
   return role == roles.end() ? Role::none : role->second;
 }
 
-/// Whether what is counted has the properties that are needed, and whether the file has room for it.
+/// Whether what is counted has the properties that are needed, and whether the file has clearance for it.
 void check_elements(const TextFile& file, const Header& header) {
   for (const Element& element : header.elements) {
     std::size_t bytes = 0;

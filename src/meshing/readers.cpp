@@ -7,9 +7,9 @@
 
 #include "base/error.h"
 #include "base/memory.h"
-#include "base/spelling.h"
 #include "meshing/format_readers.h"
 #include "meshing/mesh_check.h"
+#include "options/spelling.h"
 
 namespace pellicle {
 inline namespace meshing {

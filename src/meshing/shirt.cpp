@@ -16,8 +16,8 @@ inline namespace meshing {
 
 namespace {
 
-// The cut, laid flat: shares of the torso's width, and the sleeves' width as a share of the height. These, and the
-// figures of fit(), were found by trial: they make the edges most alike.
+// The cut, laid flat: fractions of the torso's width, and the sleeves' width as a fraction of the height. These, and
+// the figures of fit(), were found by trial: they make the edges most alike.
 constexpr double sleeve_length = 0.42;
 constexpr double sleeve_width = 0.30;
 constexpr double shoulder_length = 0.32;  // of each, so that the neck has the rest
@@ -58,10 +58,10 @@ class Cut {
   explicit Cut(std::array<int, 2> cells)
       : across(cells[0]),
         up(cells[1]),
-        sleeve(share(sleeve_length, across)),
-        armpit(up - std::max(2, share(sleeve_width, up))),
-        shoulder(share(shoulder_length, across)),
-        neck_depth{share(neck_depth_front, across), share(neck_depth_back, across)} {
+        sleeve(fraction(sleeve_length, across)),
+        armpit(up - std::max(2, fraction(sleeve_width, up))),
+        shoulder(fraction(shoulder_length, across)),
+        neck_depth{fraction(neck_depth_front, across), fraction(neck_depth_back, across)} {
     for (const Side side : {front, back}) {
       number_[side].assign(static_cast<std::size_t>(width() + 1) * static_cast<std::size_t>(up + 1), -1);
       for (int j = 0; j <= up; ++j) {
@@ -95,7 +95,7 @@ class Cut {
   const std::array<int, 2> neck_depth;  ///< of each side
 
  private:
-  static int share(double part, int whole) { return std::max(1, static_cast<int>(std::lround(part * whole))); }
+  static int fraction(double part, int whole) { return std::max(1, static_cast<int>(std::lround(part * whole))); }
   std::size_t node(int i, int j) const {
     return static_cast<std::size_t>(i + sleeve) + static_cast<std::size_t>(width() + 1) * static_cast<std::size_t>(j);
   }
@@ -147,15 +147,15 @@ struct Held {
 /// Gives the rims, the straight parts behind them and the shoulder seams their places, and names the groups.
 Held fit(SurfaceMesh& mesh, const Cut& cut, double width, double height) {
   using Vector = Eigen::Vector3d;
-  Held held{std::vector<bool>(mesh.points.size(), false), std::vector<bool>(mesh.points.size(), false)};
+  Held constrained{std::vector<bool>(mesh.points.size(), false), std::vector<bool>(mesh.points.size(), false)};
   const auto hold = [&](int point, const Vector& place) {
     mesh.points[point] = place;
-    held.any[point] = true;
+    constrained.any[point] = true;
   };
   const auto hold_rim = [&](int point, const Vector& place, const char* group) {
     hold(point, place);
-    if (!held.rim[point]) {
-      held.rim[point] = true;
+    if (!constrained.rim[point]) {
+      constrained.rim[point] = true;
       mesh.groups[group].push_back(point);
     }
   };
@@ -217,17 +217,17 @@ Held fit(SurfaceMesh& mesh, const Cut& cut, double width, double height) {
   for (auto& group : mesh.groups) {
     std::sort(group.second.begin(), group.second.end());
   }
-  return held;
+  return constrained;
 }
 
 /// Puts all other points where the sum of squared umbrella vectors of the points off the rims is least.
-void span(SurfaceMesh& mesh, const Held& held) {
+void span(SurfaceMesh& mesh, const Held& constrained) {
   const auto points = static_cast<Eigen::Index>(mesh.points.size());
   std::vector<Eigen::Triplet<double>> entries;
   for (const std::vector<int>& face : mesh.faces) {
     for (std::size_t k = 0; k < 4; ++k) {
       // The other face at the edge goes along it the other way.
-      if (!held.rim[face[k]]) {
+      if (!constrained.rim[face[k]]) {
         entries.emplace_back(face[k], face[(k + 1) % 4], 1);
         entries.emplace_back(face[k], face[k], -1);
       }
@@ -242,7 +242,7 @@ void span(SurfaceMesh& mesh, const Held& held) {
   Eigen::MatrixX3d known(points, 3);
   for (Eigen::Index i = 0; i < points; ++i) {
     known.row(i) = mesh.points[i];
-    if (!held.any[i]) {
+    if (!constrained.any[i]) {
       entries.emplace_back(static_cast<int>(i), count++, 1);
     }
   }
@@ -271,8 +271,8 @@ SurfaceMesh shirt_mesh(std::array<int, 2> cells, std::array<double, 2> size) {
                     2.0 * cells[0] * cells[1]);  // front and back, without the sleeves
   const Cut cut(cells);
   SurfaceMesh mesh = sew(cut);
-  const Held held = fit(mesh, cut, size[0], size[1]);
-  span(mesh, held);
+  const Held constrained = fit(mesh, cut, size[0], size[1]);
+  span(mesh, constrained);
   return mesh;
 }
 

@@ -14,7 +14,7 @@ Slits find_slits(const SurfaceMesh& mesh, const std::vector<std::array<int, 2>>&
   for (const Eigen::Vector3d& point : mesh.points) {
     farthest = std::max(farthest, point.lpNorm<Eigen::Infinity>());
   }
-  constexpr double share = 1e-6;
+  constexpr double fraction = 1e-6;
   constexpr double most = 1e-3;
   // The longer side of the boundary at each of its points, 0 elsewhere; then how near to it is near.
   std::vector<double> reach(mesh.points.size(), 0);
@@ -28,7 +28,7 @@ Slits find_slits(const SurfaceMesh& mesh, const std::vector<std::array<int, 2>>&
   std::vector<Box> round_points;
   for (std::size_t i = 0; i < reach.size(); ++i) {
     if (reach[i] > 0) {
-      reach[i] = std::min(std::max(share * reach[i], share * farthest), most * reach[i]);
+      reach[i] = std::min(std::max(fraction * reach[i], fraction * farthest), most * reach[i]);
       points.push_back(static_cast<int>(i));
       const Eigen::Vector3d half = Eigen::Vector3d::Constant(reach[i] / 2);
       round_points.emplace_back(mesh.points[i] - half, mesh.points[i] + half);

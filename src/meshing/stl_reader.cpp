@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "base/error.h"
-#include "base/spelling.h"
 #include "meshing/format_readers.h"
 #include "meshing/text_file.h"
 #include "meshing/weld.h"
+#include "options/spelling.h"
 
 namespace pellicle {
 inline namespace meshing {

@@ -104,7 +104,7 @@ struct RankShares {
   double imbalance = 1;  ///< the largest share over the mean; 1 if there is nothing to share
 };
 
-/// The distribution of the ranks' own shares. Collective. @param own share of this rank, 0 or more
+/// The distribution of the ranks' own shares. Collective. @param own fraction of this rank, 0 or more
 inline RankShares shares_of_ranks(MPI_Comm comm, double own) {
   int ranks = 1;
   MPI_Comm_size(comm, &ranks);

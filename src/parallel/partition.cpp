@@ -13,7 +13,7 @@ inline namespace parallel {
 
 namespace {
 
-/// Weights of a graph's cells and edges, and the share of each part in the whole; empty: all equal.
+/// Weights of a graph's cells and edges, and the fraction of each part in the whole; empty: all equal.
 struct Weights {
   idx_t of_cell = 1;         ///< number of weights of a cell, each of which is balanced
   std::vector<idx_t> cells;  ///< weights of each cell
@@ -40,7 +40,7 @@ std::vector<int> split(CellGraph graph, Weights weights, int parts, decltype(&ME
   METIS_SetDefaultOptions(options);
   options[METIS_OPTION_SEED] = 0;
   if (weights.of_cell > 1) {
-    options[METIS_OPTION_UFACTOR] = 10;  // thousandths more than its share that a part may have
+    options[METIS_OPTION_UFACTOR] = 10;  // thousandths more than its fraction that a part may have
   }
   weights.cells.resize(weights.of_cell * cells, 1);
   for (idx_t& weight : weights.cells) {

@@ -15,7 +15,7 @@ DampingPotential::DampingPotential(const PrismElements& elements, const std::vec
 
 void DampingPotential::begin_step(const Field& at, const std::vector<double>& thickness_ratio,
                                   const Eigen::Matrix3Xd& still, double rate) {
-  still_ = still;
+  y_v_ = still;
   rate_ = rate;
   if (multiplies()) {
     stiffness_.update(at, thickness_ratio, {});
@@ -23,14 +23,14 @@ void DampingPotential::begin_step(const Field& at, const std::vector<double>& th
 }
 
 Eigen::Matrix3Xd DampingPotential::force(const Field& x) const {
-  const Eigen::Matrix3Xd displacement = x.values() - still_;
+  const Eigen::Matrix3Xd displacement = x.values() - y_v_;
   Eigen::Matrix3Xd result = Eigen::Matrix3Xd::Zero(3, displacement.cols());
   add_product(displacement.data(), result.data());
   return result.leftCols(membrane_.particles.owned);
 }
 
 double DampingPotential::value(const Field& x) const {
-  return force(x).cwiseProduct((x.values() - still_).leftCols(membrane_.particles.owned)).sum() / 2;
+  return force(x).cwiseProduct((x.values() - y_v_).leftCols(membrane_.particles.owned)).sum() / 2;
 }
 
 void DampingPotential::add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const { gradient += force(x); }

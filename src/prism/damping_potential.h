@@ -2,9 +2,9 @@
 
 #include <vector>
 
+#include "energies/potential.h"
 #include "prism/metric_stiffness.h"
 #include "prism/prism_options.h"
-#include "solvers/potential.h"
 
 namespace pellicle {
 inline namespace prism {
@@ -39,7 +39,7 @@ class DampingPotential : public Potential {
   double mass_damping_;
   double stiffness_damping_;
   double rate_ = 0;            ///< c [1/s]
-  Eigen::Matrix3Xd still_;     ///< x_v of the local vertices
+  Eigen::Matrix3Xd y_v_;       ///< x_v of the local vertices
   MetricStiffness stiffness_;  ///< K, if stiffness_damping is not 0
 };
 

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "solvers/potential.h"
+#include "energies/potential.h"
 
 namespace pellicle {
 inline namespace prism {

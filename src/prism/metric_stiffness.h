@@ -34,8 +34,8 @@ class MetricStiffness : public ElementStiffness {
   /// Elements must outlive this object. @param positive whether to use each element's positive_part
   MetricStiffness(const PrismElements& elements, bool positive);
 
-  /// Sets the share, 0 to 1, of the way from the exact stiffness to positive_part from the next update on.
-  void leave_out(double share) { left_out_ = share; }
+  /// Sets the fraction, 0 to 1, of the way from the exact stiffness to positive_part from the next update on.
+  void leave_out(double fraction) { left_out_ = fraction; }
 
   void update(const Field& positions, const std::vector<double>& thickness_ratio,
               const std::vector<double>& pressure) override;

@@ -19,8 +19,8 @@ inline namespace prism {
 
 namespace {
 
-/// Squared singular values of a fit below this share of the largest count as zero: the neighbours do not determine the
-/// curvature.
+/// Squared singular values of a fit below this fraction of the largest count as zero: the neighbours do not determine
+/// the curvature.
 constexpr double negligible = 1e-4;
 /// Weight of a point beyond the neighbours, small so that it affects only what the neighbours do not determine. In a
 /// net of squares that are cut by both diagonals, moments then balance between the squares' corners and middles.
@@ -243,9 +243,9 @@ bool PlateStencils::add(const Fan& fan, const Eigen::Matrix3d& projector, bool i
     }
     if (!stencil.has_fixed_normal) {
       Eigen::Index column = 0;
-      const Eigen::Matrix3d held = Eigen::Matrix3d::Identity() - projector;
-      held.diagonal().maxCoeff(&column);
-      stencil.mirror = held.col(column).normalized();
+      const Eigen::Matrix3d constrained = Eigen::Matrix3d::Identity() - projector;
+      constrained.diagonal().maxCoeff(&column);
+      stencil.mirror = constrained.col(column).normalized();
     }
   }
   stencil.first = points_.size();

@@ -14,7 +14,7 @@ inline namespace prism {
 
 namespace {
 
-/// An element whose area is less than this share of its undeformed area has collapsed.
+/// An element whose area is less than this fraction of its undeformed area has collapsed.
 constexpr double collapsed_area = 1e-12;
 
 double finite_or_infinite(double energy) {

@@ -1,6 +1,6 @@
 #include "prism/prism_options.h"
 
-#include "base/options.h"
+#include "options/options.h"
 
 namespace pellicle {
 inline namespace prism {

@@ -3,13 +3,13 @@
 #include <string>
 #include <vector>
 
-#include "base/choice.h"
-#include "solvers/newton_options.h"
+#include "energies/newton_options.h"
+#include "options/choice.h"
 
 namespace pellicle {
-inline namespace base {
+inline namespace options {
 class OptionTable;
-}  // namespace base
+}  // namespace options
 inline namespace prism {
 
 /// Tangent of the elements. exact: from the metric; gradient: from F, director varied; paper: director left out.

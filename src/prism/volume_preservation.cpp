@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/options.h"
 #include "base/units.h"
+#include "options/options.h"
 #include "parallel/collective.h"
 #include "surface/membrane_geometry.h"
 
@@ -14,7 +14,7 @@ inline namespace prism {
 
 namespace {
 
-/// Smallest share of its thickness that an element keeps in one correction.
+/// Smallest fraction of its thickness that an element keeps in one correction.
 constexpr double least_part = 0.1;
 
 }  // namespace

@@ -4,16 +4,16 @@
 #include <string>
 #include <vector>
 
-#include "base/choice.h"
 #include "base/stage_result.h"
 #include "geometry/projectors.h"
+#include "options/choice.h"
 #include "parallel/field.h"
 #include "prism/wall.h"
 
 namespace pellicle {
-inline namespace base {
+inline namespace options {
 class OptionTable;
-}  // namespace base
+}  // namespace options
 inline namespace prism {
 
 /// Rules of VolumePreservation for the correction.

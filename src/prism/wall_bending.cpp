@@ -146,10 +146,10 @@ std::vector<WallBending::Plate> WallBending::plates(const Field& start,
       for (const PetscInt vertex : triangle) {
         sharers += is_used[vertex];
       }
-      const double share = elements_.stiffness(e) * stiffness_[e] *
-                           std::pow(thickness_ratio[e] * wall.thickness[e], 3) * undeformed / sharers;
-      rigidity += share;
-      poisson += share * poisson_[e];
+      const double fraction = elements_.stiffness(e) * stiffness_[e] *
+                              std::pow(thickness_ratio[e] * wall.thickness[e], 3) * undeformed / sharers;
+      rigidity += fraction;
+      poisson += fraction * poisson_[e];
     }
     a = bounded(a / area);
     const Eigen::Matrix3d stiffness =
@@ -289,7 +289,7 @@ std::vector<VertexPair> WallBending::pattern() const {
 void WallBending::update_hessian(const Field& x, Curvature curvature) {
   const double* positions = reach(x);
   linearised_ = Eigen::Map<const Eigen::Matrix3Xd>(positions, 3, stencils_.reach().local());
-  kept_moments_ = curvature == Curvature::positive ? 0 : 1 - positive_share_;
+  kept_moments_ = curvature == Curvature::psd ? 0 : 1 - psd_blend_;
 }
 
 void WallBending::add_hessian(const HessianBlocks& blocks) const {

@@ -3,11 +3,11 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "energies/potential.h"
 #include "geometry/projectors.h"
 #include "parallel/field.h"
 #include "prism/plate_stencils.h"
 #include "prism/prism_elements.h"
-#include "solvers/potential.h"
 
 namespace pellicle {
 inline namespace prism {
@@ -35,7 +35,7 @@ class WallBending : public Potential {
   void begin_step(const Field& start, const std::vector<double>& thickness_ratio) {
     plates_ = plates(start, thickness_ratio);
   }
-  /// This rank's share of the energy in a step that starts at x [J]. Collective.
+  /// This rank's fraction of the energy in a step that starts at x [J]. Collective.
   double energy(const Field& x, const std::vector<double>& thickness_ratio) const {
     return sum_of(plates(x, thickness_ratio), x);
   }
@@ -47,8 +47,8 @@ class WallBending : public Potential {
   /// The positive part leaves out the term of the bending moments by the turning of normals.
   void update_hessian(const Field& x, Curvature curvature) override;
   void add_hessian(const HessianBlocks& blocks) const override;
-  /// Sets the share of this term that is left out of the exact Hessian.
-  void set_positive_share(double share) override { positive_share_ = share; }
+  /// Sets the fraction of this term that is left out of the exact Hessian.
+  void set_psd_blend(double fraction) override { psd_blend_ = fraction; }
 
   const PlateStencils& stencils() const { return stencils_; }
 
@@ -84,8 +84,8 @@ class WallBending : public Potential {
   Eigen::Index most_points_ = 0;   ///< largest number of points of a stencil
   mutable Field beyond_;           ///< positions in the stencils' reach
   Eigen::Matrix3Xd linearised_;    ///< positions at which the Hessian was taken
-  double kept_moments_ = 1;        ///< share of the term of the moments in the Hessian
-  double positive_share_ = 0;
+  double kept_moments_ = 1;        ///< fraction of the term of the moments in the Hessian
+  double psd_blend_ = 0;
 };
 
 }  // namespace prism

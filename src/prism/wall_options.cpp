@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <functional>
 
-#include "base/options.h"
+#include "options/options.h"
 
 namespace pellicle {
 inline namespace prism {

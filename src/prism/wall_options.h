@@ -6,13 +6,13 @@
 #include <string>
 #include <vector>
 
-#include "base/choice.h"
+#include "options/choice.h"
 #include "prism/material.h"
 
 namespace pellicle {
-inline namespace base {
+inline namespace options {
 class OptionTable;
-}  // namespace base
+}  // namespace options
 inline namespace prism {
 
 /// Law of the material of a part of the wall: the wall's, or as in Material.
@@ -84,7 +84,7 @@ struct WallOptions {
   /// Temperature at which the moduli hold, if they are proportional to temperature; none: they do not depend on it [K].
   std::optional<double> reference_temperature;
   Choice<Wrinkling> wrinkling = Wrinkling::none;
-  double slack_tension = 1e-5;  ///< of tension_field: Material::tension as a share of the shear modulus
+  double slack_tension = 1e-5;  ///< of tension_field: Material::tension as a fraction of the shear modulus
   MaterialOptions<Material::Law, double> material{Material::Law::neo_hookean, 4e5,         0, 2e5, 2e4,
                                                   {6.3e5, 1.2e3, -1e4},       {1.3, 5, -2}};
   std::map<std::string, RegionOptions> regions;

@@ -10,7 +10,7 @@ inline namespace prism {
 
 namespace {
 
-/// @param blended set to the returned object, if it is exact and can be moved to its positive part by a share
+/// @param blended set to the returned object, if it is exact and can be moved to its positive part by a fraction
 std::unique_ptr<ElementStiffness> make_stiffness(const PrismElements& elements, const PrismOptions& options,
                                                  MetricStiffness*& blended) {
   if (options.tangent == ElementTangent::exact) {
@@ -49,10 +49,10 @@ void WallPotential::set_load(std::vector<double> pressure, std::vector<PetscInt>
   rims_ = std::move(rims);
 }
 
-void WallPotential::set_positive_share(double share) {
-  positive_share_ = share;
+void WallPotential::set_psd_blend(double fraction) {
+  psd_blend_ = fraction;
   if (blends()) {
-    blended_->leave_out(share);
+    blended_->leave_out(fraction);
   }
 }
 
@@ -64,14 +64,14 @@ double WallPotential::add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& g
 }
 
 void WallPotential::update_hessian(const Field& x, Curvature curvature) {
-  if (curvature == Curvature::positive) {
+  if (curvature == Curvature::psd) {
     positive_.update(x, thickness_ratio_, {});
     in_use_ = &positive_;
     at_rims_.clear();
   } else {
     std::vector<double> pressure = pressure_;
     for (double& p : pressure) {
-      p *= 1 - positive_share_;
+      p *= 1 - psd_blend_;
     }
     exact_->update(x, thickness_ratio_, pressure);
     in_use_ = exact_.get();

@@ -4,10 +4,10 @@
 #include <memory>
 #include <vector>
 
+#include "energies/potential.h"
 #include "prism/metric_stiffness.h"
 #include "prism/prism_elements.h"
 #include "prism/prism_options.h"
-#include "solvers/potential.h"
 
 namespace pellicle {
 inline namespace prism {
@@ -29,11 +29,11 @@ class WallPotential : public Potential {
   /// corner where the side begins)
   void set_load(std::vector<double> pressure, std::vector<PetscInt> rims = {});
 
-  /// Whether the exact Hessian can be moved towards the positive one by a share.
+  /// Whether the exact Hessian can be moved towards the positive one by a fraction.
   bool blends() const { return blended_ != nullptr; }
-  /// Sets the share of each element's compression and of the pressure's stiffness that is left out; only 0 unless it
+  /// Sets the fraction of each element's compression and of the pressure's stiffness that is left out; only 0 unless it
   /// `blends`.
-  void set_positive_share(double share) override;
+  void set_psd_blend(double fraction) override;
 
   double value(const Field& x) const override { return elements_.energy(x, thickness_ratio_); }
   void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override { add_value_and_gradient(x, gradient); }
@@ -46,13 +46,13 @@ class WallPotential : public Potential {
 
  private:
   const PrismElements& elements_;
-  MetricStiffness* blended_ = nullptr;  ///< `exact_` if it can be moved by a share, else null
+  MetricStiffness* blended_ = nullptr;  ///< `exact_` if it can be moved by a fraction, else null
   std::unique_ptr<ElementStiffness> exact_;
   MetricStiffness positive_;
   const ElementStiffness* in_use_;  ///< one of the two
   std::vector<double> thickness_ratio_;
   std::vector<double> pressure_;
-  double positive_share_ = 0;
+  double psd_blend_ = 0;
   std::vector<PetscInt> rims_;
   std::vector<Eigen::Matrix3d> at_rims_;  ///< rim_stiffness of each rim; empty if the positive Hessian is in use
 };

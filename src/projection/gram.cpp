@@ -5,9 +5,9 @@
 #include <numeric>
 
 #include "base/error.h"
+#include "linear/ksp.h"
+#include "linear/shell_operations.h"
 #include "parallel/collective.h"
-#include "solvers/ksp.h"
-#include "solvers/shell_operations.h"
 
 namespace pellicle {
 inline namespace projection {
@@ -19,12 +19,12 @@ using ConstVector = Eigen::Map<const Eigen::Vector3d>;
 }  // namespace
 
 void linearise(const SpringSet& springs, const double* x, const std::vector<double>& target,
-               const std::vector<bool>& living, Linearisation& result) {
+               const std::vector<bool>& active, Linearisation& result) {
   const std::size_t count = springs.ends.size();
   result.error.resize(static_cast<Eigen::Index>(count));
   result.gradient.resize(3, static_cast<Eigen::Index>(count));
   for (std::size_t s = 0; s < count; ++s) {
-    if (!living[s]) {
+    if (!active[s]) {
       result.error[static_cast<Eigen::Index>(s)] = 0;
       result.gradient.col(static_cast<Eigen::Index>(s)).setZero();
       continue;
@@ -39,10 +39,10 @@ void linearise(const SpringSet& springs, const double* x, const std::vector<doub
 }
 
 double squared_error(const SpringSet& springs, const double* x, const std::vector<double>& target,
-                     const std::vector<bool>& living) {
+                     const std::vector<bool>& active) {
   double sum = 0;
   for (PetscInt s = 0; s < springs.owned(); ++s) {
-    if (!living[s]) {
+    if (!active[s]) {
       continue;
     }
     const auto& [a, b] = springs.ends[s];

@@ -25,13 +25,13 @@ struct Linearisation {
 /// Evaluates C and its gradient; both are 0 for a dead spring.
 /// @param x positions of the local particles [m], ghosts up to date
 /// @param target target length l > 0 of the local springs [m]
-/// @param living whether each local spring lives, ghosts up to date
+/// @param active whether each local spring lives, ghosts up to date
 void linearise(const SpringSet& springs, const double* x, const std::vector<double>& target,
-               const std::vector<bool>& living, Linearisation& result);
+               const std::vector<bool>& active, Linearisation& result);
 
 /// Sum of C^2 over the owned springs that live [m^2].
 double squared_error(const SpringSet& springs, const double* x, const std::vector<double>& target,
-                     const std::vector<bool>& living);
+                     const std::vector<bool>& active);
 
 /// J W J^T of one colour (eq. 16): W holds the inverse masses of the particles. Rows are the springs.
 ///

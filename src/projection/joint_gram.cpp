@@ -4,9 +4,9 @@
 #include <utility>
 
 #include "base/error.h"
+#include "linear/ksp.h"
+#include "linear/shell_operations.h"
 #include "parallel/collective.h"
-#include "solvers/ksp.h"
-#include "solvers/shell_operations.h"
 
 namespace pellicle {
 inline namespace projection {

@@ -8,8 +8,8 @@
 #include "base/error.h"
 #include "base/handle.h"
 #include "base/stage_result.h"
+#include "linear/ksp.h"
 #include "parallel/field.h"
-#include "solvers/ksp.h"
 #include "surface/sheet.h"
 
 namespace pellicle {

@@ -7,17 +7,17 @@
 #include <utility>
 
 #include "base/error.h"
+#include "linear/ksp.h"
+#include "linear/shell_operations.h"
 #include "parallel/collective.h"
 #include "parallel/exchange.h"
-#include "solvers/ksp.h"
-#include "solvers/shell_operations.h"
 
 namespace pellicle {
 inline namespace projection {
 
 namespace {
 
-/// Without a shift a straight line between two pins is singular: a pivot below this share of the diagonal counts as
+/// Without a shift a straight line between two pins is singular: a pivot below this fraction of the diagonal counts as
 /// zero.
 constexpr double negligible = 1e-12;
 

@@ -9,9 +9,9 @@
 #include "base/error.h"
 #include "base/handle.h"
 #include "base/stage_result.h"
+#include "linear/ksp.h"
+#include "linear/own_preconditioner.h"
 #include "projection/gram_block.h"
-#include "solvers/ksp.h"
-#include "solvers/own_preconditioner.h"
 #include "surface/sheet.h"
 
 namespace pellicle {

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "base/options.h"
-#include "solvers/ksp.h"
+#include "linear/ksp.h"
+#include "options/options.h"
 
 namespace pellicle {
 inline namespace projection {

@@ -5,13 +5,13 @@
 #include <string>
 #include <vector>
 
-#include "base/choice.h"
+#include "options/choice.h"
 #include "surface/sheet.h"
 
 namespace pellicle {
-inline namespace base {
+inline namespace options {
 class OptionTable;
-}  // namespace base
+}  // namespace options
 inline namespace projection {
 
 /// Inverse masses of J W J^T: those of the particles, or ones.
@@ -63,7 +63,7 @@ struct ProjectOptions {
   std::string weight_texture;                ///< a PNG whose brightness multiplies the weights of the springs
   Choice<GramFormat> mat_type = GramFormat::lines;
   double ksp_rtol = 1e-3;
-  std::optional<double> strain_limit;  ///< of the net's springs at the end of a step
+  std::optional<double> strain_limit;  ///< of the weave's springs at the end of a step
   int strain_steps = 20;               ///< further projection steps for the strain limit, at most
   bool monitor = false;
 };

@@ -90,7 +90,7 @@ class LineFinder {
     }
     update_ghosts(set_.layout, corners_);
   }
-  /// Whether this rank has a quad of the net with both springs at a particle as sides.
+  /// Whether this rank has a quad of the weave with both springs at a particle as sides.
   bool share_quad(PetscInt particle, PetscInt one, PetscInt other) const {
     const PetscInt a = other_end(one, particle);
     const PetscInt b = other_end(other, particle);

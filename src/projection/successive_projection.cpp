@@ -8,7 +8,7 @@
 #include "base/units.h"
 #include "parallel/collective.h"
 #include "projection/irregular_vertices.h"
-#include "surface/net_strain.h"
+#include "surface/weave_strain.h"
 
 namespace pellicle {
 inline namespace projection {
@@ -19,7 +19,7 @@ namespace {
 constexpr double inverse_mass_at_edges = 2;
 
 // Correction of springs that are beyond the strain limit:
-constexpr double aim = 0.8;           ///< share of the limit to which springs are corrected
+constexpr double aim = 0.8;           ///< fraction of the limit to which springs are corrected
 constexpr double limit_shift = 1e-5;  ///< shift of these systems, unless the options' shift is smaller
 
 /// Excess of a constraint error beyond that of a strain. @param target l [m]
@@ -39,14 +39,14 @@ bool add_solve(StageResult& result, const StageResult& solved) {
 }  // namespace
 
 ProjectionError constraint_errors(const Sheet& sheet, const Field& x,
-                                  const std::array<std::vector<double>, 4>& target_length, const Living& living) {
+                                  const std::array<std::vector<double>, 4>& target_length, const ActiveSet& active) {
   ProjectionError error;
   for (const Colour colour : all_colours) {
     const auto index = static_cast<std::size_t>(colour);
     if (sheet.layers == 1 && colour != Colour::blue) {
       continue;
     }
-    error.colour[index] = squared_error(sheet.of(colour), x.data(), target_length[index], living.springs[index]);
+    error.colour[index] = squared_error(sheet.of(colour), x.data(), target_length[index], active.springs[index]);
   }
   error.colour = sum_over_ranks(sheet.comm(), error.colour);
   error.total = std::sqrt(std::accumulate(error.colour.begin(), error.colour.end(), 0.0));
@@ -63,7 +63,7 @@ void to_forces(std::array<std::vector<double>, 4>& pull, const Sheet& sheet, con
   for (std::size_t colour = 0; colour < pull.size(); ++colour) {
     for (std::size_t s = 0; s < pull[colour].size(); ++s) {
       const auto [a, b] = sheet.springs[colour].ends[s];
-      const double inverse_masses = input.living.springs[colour][s] ? inverse_mass(a) + inverse_mass(b) : 0;
+      const double inverse_masses = input.active.springs[colour][s] ? inverse_mass(a) + inverse_mass(b) : 0;
       pull[colour][s] = inverse_masses > 0 ? pull[colour][s] / (h * h * inverse_masses) : 0;
     }
   }
@@ -154,12 +154,12 @@ void SuccessiveProjection::set_inverse_masses(const ProjectionInput& input) {
   }
 }
 
-/// ||l^init|| of the living springs [m]. Collective.
-double SuccessiveProjection::length_norm(const Living& living) const {
+/// ||l^init|| of the active springs [m]. Collective.
+double SuccessiveProjection::length_norm(const ActiveSet& active) const {
   double sum = 0;
   for (const Colour colour : colours_) {
     const SpringSet& springs = sheet_.of(colour);
-    const std::vector<bool>& lives = living.springs[static_cast<std::size_t>(colour)];
+    const std::vector<bool>& lives = active.springs[static_cast<std::size_t>(colour)];
     for (PetscInt s = 0; s < springs.owned(); ++s) {
       if (lives[s]) {
         sum += springs.initial_length[s] * springs.initial_length[s];
@@ -180,7 +180,7 @@ StageResult SuccessiveProjection::project_colour(Field& x, Colour colour, const 
   const SpringSet& springs = sheet_.of(colour);
   System& system = systems_[index];
   Linearisation& constraint = system.linearisation;
-  linearise(springs, x.data(), input.target_length[index], input.living.springs[index], constraint);
+  linearise(springs, x.data(), input.target_length[index], input.active.springs[index], constraint);
   const double shift = limit ? std::min(options_.shift, limit_shift) : options_.shift;
   system.gram->update(constraint.gradient, gram_inverse_mass_, shift,
                       options_.masses == GramMasses::actual ? std::optional(inverse_mass_at_edges) : std::nullopt);
@@ -229,7 +229,7 @@ StageResult SuccessiveProjection::project_jointly(Field& x, const ProjectionInpu
   for (const Colour colour : colours_) {
     const auto index = static_cast<std::size_t>(colour);
     System& system = systems_[index];
-    linearise(sheet_.of(colour), x.data(), input.target_length[index], input.living.springs[index],
+    linearise(sheet_.of(colour), x.data(), input.target_length[index], input.active.springs[index],
               system.linearisation);
     gradients[index] = &system.linearisation.gradient;
     for (std::size_t s = 0; s < system.weight.size(); ++s) {
@@ -265,8 +265,8 @@ void SuccessiveProjection::add_pull(Colour colour, const double* lambda, std::ve
 StageResult SuccessiveProjection::limit_strain(Field& x, const ProjectionInput& input) {
   StageResult result;
   const double limit = *options_.strain_limit;
-  const auto strain_at_x = [&] { return net_strain(sheet_, x, input.target_length, input.living); };
-  NetStrain strain = strain_at_x();
+  const auto strain_at_x = [&] { return weave_strain(sheet_, x, input.target_length, input.active); };
+  WeaveStrain strain = strain_at_x();
   for (int step = 0;; ++step) {
     if (strain.largest <= limit) {
       if (!input.at_end || !input.at_end(x)) {
@@ -280,7 +280,7 @@ StageResult SuccessiveProjection::limit_strain(Field& x, const ProjectionInput& 
     if (step >= options_.strain_steps) {
       break;
     }
-    for (const Colour colour : net_colours) {
+    for (const Colour colour : weave_colours) {
       if (!sheet_.acts(colour)) {
         continue;
       }
@@ -302,7 +302,7 @@ StageResult SuccessiveProjection::limit_strain(Field& x, const ProjectionInput& 
 StageResult SuccessiveProjection::advance(Field& x, const ProjectionInput& input) {
   StageResult result;
   begin(input);
-  const double initial_length = length_norm(input.living);
+  const double initial_length = length_norm(input.active);
   monitored_.clear();
   iterations_ = {};
   const auto after_step = [&] {

@@ -6,12 +6,12 @@
 #include <optional>
 #include <vector>
 
+#include "linear/ksp.h"
 #include "projection/gram.h"
 #include "projection/joint_gram.h"
 #include "projection/line_elimination.h"
 #include "projection/project_options.h"
-#include "solvers/ksp.h"
-#include "surface/living.h"
+#include "surface/active_set.h"
 
 namespace pellicle {
 inline namespace projection {
@@ -28,14 +28,14 @@ struct ProjectionError {
 /// ||C|| of each colour and of all springs. Collective.
 /// @param x positions, ghosts up to date [m] @param target_length of the local springs of each colour [m]
 ProjectionError constraint_errors(const Sheet& sheet, const Field& x,
-                                  const std::array<std::vector<double>, 4>& target_length, const Living& living);
+                                  const std::array<std::vector<double>, 4>& target_length, const ActiveSet& active);
 
 /// Data of a projection, besides the positions.
 struct ProjectionInput {
   const std::array<std::vector<double>, 4>& target_length;  ///< of the local springs of each colour, > 0 [m]
   const std::vector<double>& mass;              ///< of the local particles, 0 where one has been removed [kg]
   const std::vector<bool>& pinned;              ///< local particles that the projection must not move
-  const Living& living;                         ///< springs that live, ghosts up to date
+  const ActiveSet& active;                      ///< springs that live, ghosts up to date
   std::function<void(Field&)> after_step = {};  ///< applied to the positions after each full step (contact), or empty
   /// Applied to the positions after the last step, or empty. Returns, alike on all ranks, whether anything has moved: a
   /// strain limit is then applied again.
@@ -57,7 +57,7 @@ void to_forces(std::array<std::vector<double>, 4>& pull, const Sheet& sheet, con
 /// With the joint method each step is one Newton step of all colours together (JointGram), starting from the last
 /// multipliers.
 ///
-/// With a strain limit, springs of the net (blue and green) with a strain beyond 0.8 of it are corrected in further
+/// With a strain limit, springs of the weave (blue and green) with a strain beyond 0.8 of it are corrected in further
 /// steps: Newton's method for J delta = C(d) - C(l (1 +- 0.8 limit)) of these springs and J delta = 0 of the others of
 /// their colour, with true masses, without weights and with the least regularisation that a solve needs. The step has
 /// failed if a spring stays beyond the limit.
@@ -77,7 +77,7 @@ class SuccessiveProjection {
 
   /// ||C|| of each colour and of all springs. Collective.
   ProjectionError errors(const Field& x, const ProjectionInput& input) const {
-    return constraint_errors(sheet_, x, input.target_length, input.living);
+    return constraint_errors(sheet_, x, input.target_length, input.active);
   }
 
   /// The errors in the last `advance`, if the options ask for them.
@@ -99,10 +99,10 @@ class SuccessiveProjection {
 
   void begin(const ProjectionInput& input);
   void set_inverse_masses(const ProjectionInput& input);
-  double length_norm(const Living& living) const;
+  double length_norm(const ActiveSet& active) const;
   /// Accuracy of the linear solves: a residual below the threshold of ||C|| is small enough.
   LinearNeed need() const { return {largest_unjudged_rtol, options_.threshold}; }
-  /// @param limit if given, only springs strained beyond a share of it are corrected
+  /// @param limit if given, only springs strained beyond a fraction of it are corrected
   StageResult project_colour(Field& x, Colour colour, const ProjectionInput& input,
                              std::optional<double> limit = std::nullopt);
   StageResult project_jointly(Field& x, const ProjectionInput& input);

@@ -17,7 +17,7 @@ namespace {
 
 FieldRegistry& FieldRegistry::operator=(const FieldRegistry& other) {
   if (entries_.size() < other.entries_.size()) {
-    take_over(other);
+    transfer(other);
   }
   for (Entry& entry : entries_) {
     const Entry* from = other.find(entry.declaration.name);
@@ -29,7 +29,7 @@ FieldRegistry& FieldRegistry::operator=(const FieldRegistry& other) {
   return *this;
 }
 
-void FieldRegistry::take_over(const FieldRegistry& other) {
+void FieldRegistry::transfer(const FieldRegistry& other) {
   for (const Entry& entry : other.entries_) {
     const bool is_of_object = entry.declaration.item == Item::object || entry.declaration.item == Item::sum;
     std::visit(
@@ -60,13 +60,13 @@ std::size_t FieldRegistry::record_size(Item item) const {
   return size;
 }
 
-void FieldRegistry::pack(Item item, PetscInt local, std::byte* record, double share) const {
+void FieldRegistry::pack(Item item, PetscInt local, std::byte* record, double fraction) const {
   for_each_on_items(*this, item, [&](const Entry& entry, const auto& values) {
     for (int k = 0; k < entry.components; ++k) {
       Kept<std::decay_t<decltype(values)>> kept =
           number(values, static_cast<std::size_t>(local * entry.components + k));
       if constexpr (std::is_floating_point_v<decltype(kept)>) {
-        kept *= entry.declaration.is_amount ? share : 1;
+        kept *= entry.declaration.is_amount ? fraction : 1;
       }
       std::memcpy(record, &kept, sizeof kept);
       record += sizeof kept;

@@ -30,7 +30,7 @@ struct FieldDeclaration {
   Drawn drawn = Drawn::no;
   /// Whether the field follows from others after items have moved or been read: it is neither moved nor in checkpoints.
   bool follows = false;
-  /// Whether the field is an amount, such as a mass: if an item is divided each part gets a share.
+  /// Whether the field is an amount, such as a mass: if an item is divided each part gets a fraction.
   bool is_amount = false;
 };
 
@@ -86,7 +86,7 @@ class FieldRegistry {
   }
   /// Takes over from the registry of the same object on other items: declares fields that only the other has, and
   /// copies values once on the object. Collective.
-  void take_over(const FieldRegistry& other);
+  void transfer(const FieldRegistry& other);
 
   const std::vector<Entry>& entries() const { return entries_; }
   /// The field of a name, or null.
@@ -97,8 +97,8 @@ class FieldRegistry {
   /// Bytes of the record of a particle or cell.
   std::size_t record_size(Item item) const;
   /// Writes the record of a local item. @param record (record_size)
-  /// @param share of the item in the record, by which amounts are multiplied
-  void pack(Item item, PetscInt local, std::byte* record, double share = 1) const;
+  /// @param fraction of the item in the record, by which amounts are multiplied
+  void pack(Item item, PetscInt local, std::byte* record, double fraction = 1) const;
   /// Sets the fields of a local item from a record.
   void unpack(Item item, PetscInt local, const std::byte* record);
 

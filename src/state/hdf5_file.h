@@ -53,7 +53,7 @@ class Hdf5File {
   /// Checks a group. @throws Error, on all ranks, unless its tables have as many rows as its table `id`
   void require_equal_rows(const std::string& group) const;
 
-  /// Reads this rank's share of a table: the ranks get equal numbers of rows, in their order. Collective.
+  /// Reads this rank's fraction of a table: the ranks get equal numbers of rows, in their order. Collective.
   /// @throws Error, on all ranks, if the table is missing, has other columns or numbers, or is damaged
   template <class Number>
   std::vector<Number> read(const std::string& name, int columns = 1) const;
@@ -63,7 +63,7 @@ class Hdf5File {
   std::string read_text(const std::string& name) const;
   std::vector<std::string> read_lines(const std::string& name) const;
 
-  /// First row of a rank's share of a table.
+  /// First row of a rank's fraction of a table.
   static long long first_of_share(long long rows, int rank, int ranks) { return rows * rank / ranks; }
 
  private:

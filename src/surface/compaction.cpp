@@ -22,11 +22,11 @@ void split(MeshRows& rows, const SplitCorners& corners, const Records& copies) {
   for (const SplitCorners::Copy& copy : corners.copies) {
     MeshRows::Point row = rows.vertices[copy.original];
     row.id = copy.id;
-    row.mass *= copy.share;
+    row.mass *= copy.fraction;
     rows.vertices.push_back(row);
   }
   for (std::size_t vertex = 0; vertex < vertices; ++vertex) {
-    rows.vertices[vertex].mass *= corners.share[vertex];
+    rows.vertices[vertex].mass *= corners.fraction[vertex];
   }
   rows.vertex_data.append(copies);
   rows.cell_corners = corners.cell_corners;
@@ -46,13 +46,13 @@ LoadedSheet compact(const Sheet& sheet, const std::vector<bool>& kept, const Rec
 
 LoadedSheet spread(const Sheet& sheet, const std::vector<double>& load, const Records& particles, const Records& cells,
                    const SheetOptions& options) {
-  std::vector<double> share = load;  // of each element at a particle
-  for (std::size_t i = 0; i < share.size(); ++i) {
-    share[i] /= std::max(sheet.cell_count[i], 1);
+  std::vector<double> fraction = load;  // of each element at a particle
+  for (std::size_t i = 0; i < fraction.size(); ++i) {
+    fraction[i] /= std::max(sheet.cell_count[i], 1);
   }
-  share.resize(sheet.particles.local());
-  update_ghosts(sheet.particles, share);
-  const auto of = [&share](PetscInt particle) { return share[particle]; };
+  fraction.resize(sheet.particles.local());
+  update_ghosts(sheet.particles, fraction);
+  const auto of = [&fraction](PetscInt particle) { return fraction[particle]; };
   MeshRows rows = rows_of(sheet, all_cells(sheet), particles, cells);
   rows.part.clear();
   for (std::size_t cell = 0; cell < rows.cells.size(); ++cell) {

@@ -153,10 +153,10 @@ struct CellTable {
 int home_of(PetscInt id, int ranks) { return static_cast<int>(id % ranks); }
 
 /// Ranks to which own cells go as the next layer round the cells of these ranks. Collective.
-/// @param held vertices of the cells that this rank has, without repeats
+/// @param constrained vertices of the cells that this rank has, without repeats
 /// @param corners ids of the own cells' corners, `count` each
 /// @returns pairs of a rank and an own cell
-std::set<std::pair<int, PetscInt>> next_layer(MPI_Comm comm, const std::vector<PetscInt>& held,
+std::set<std::pair<int, PetscInt>> next_layer(MPI_Comm comm, const std::vector<PetscInt>& constrained,
                                               const std::vector<PetscInt>& corners, std::size_t count) {
   int ranks = 1;
   MPI_Comm_size(comm, &ranks);
@@ -165,11 +165,11 @@ std::set<std::pair<int, PetscInt>> next_layer(MPI_Comm comm, const std::vector<P
     int rank;  ///< another holder of the vertex
   };
   std::vector<int> homes;
-  for (const PetscInt vertex : held) {
+  for (const PetscInt vertex : constrained) {
     homes.push_back(home_of(vertex, ranks));
   }
   const Route to_home(comm, homes);
-  const std::vector<PetscInt> vertices = to_home.send(held);
+  const std::vector<PetscInt> vertices = to_home.send(constrained);
   std::unordered_map<PetscInt, std::vector<int>> ranks_of_vertex;
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     ranks_of_vertex[vertices[i]].push_back(to_home.sources()[i]);
@@ -278,12 +278,12 @@ struct VertexRow {
 };
 
 /// Fetches the rows of vertices from wherever they lie, and finds who owns them. Collective.
-/// @param held ids of the vertices that this rank holds
+/// @param constrained ids of the vertices that this rank holds
 /// @param has_own_cell of each of them, whether this rank owns a cell at it
-/// @param rows the rows of the vertices; replaced by those of the held ones, in their order
-/// @returns owner of each held vertex
-std::vector<int> fetch_vertices(MPI_Comm comm, const std::vector<PetscInt>& held, const std::vector<char>& has_own_cell,
-                                MeshRows& rows) {
+/// @param rows the rows of the vertices; replaced by those of the constrained ones, in their order
+/// @returns owner of each constrained vertex
+std::vector<int> fetch_vertices(MPI_Comm comm, const std::vector<PetscInt>& constrained,
+                                const std::vector<char>& has_own_cell, MeshRows& rows) {
   int ranks = 1;
   MPI_Comm_size(comm, &ranks);
   std::vector<int> homes;
@@ -294,11 +294,11 @@ std::vector<int> fetch_vertices(MPI_Comm comm, const std::vector<PetscInt>& held
   const std::vector<MeshRows::Point> points = rows_to_home.send(rows.vertices);
   const Records data = rows_to_home.send(rows.vertex_data);
   homes.clear();
-  for (const PetscInt vertex : held) {
+  for (const PetscInt vertex : constrained) {
     homes.push_back(home_of(vertex, ranks));
   }
   const Route to_home(comm, homes);
-  const std::vector<PetscInt> wanted = to_home.send(held);
+  const std::vector<PetscInt> wanted = to_home.send(constrained);
   const std::vector<char> is_own = to_home.send(has_own_cell);
 
   std::vector<PetscInt> ids;
@@ -394,11 +394,11 @@ Distribution::Distribution(MPI_Comm comm, MeshRows rows, int layers, Numbering n
   std::vector<Owner> ghost_owner;
   CellTable ghosts = cells.each([](const Records& records) { return records.of_items({}); });
   std::set<std::pair<int, PetscInt>> sent;
-  std::vector<PetscInt> held = without_repeats(own_corners);
+  std::vector<PetscInt> constrained = without_repeats(own_corners);
   for (int layer = 0; layer < layers; ++layer) {
     std::vector<int> destinations;
     std::vector<PetscInt> items;
-    for (const auto& wanted : next_layer(comm, held, own_corners, count)) {
+    for (const auto& wanted : next_layer(comm, constrained, own_corners, count)) {
       if (sent.insert(wanted).second) {
         destinations.push_back(wanted.first);
         items.push_back(wanted.second);
@@ -411,8 +411,8 @@ Distribution::Distribution(MPI_Comm comm, MeshRows rows, int layers, Numbering n
       ghost_owner.push_back({to_neighbours.sources()[i], numbers[i]});
     }
     const auto corners = ghosts.corners.as<PetscInt>();
-    held.insert(held.end(), corners.begin(), corners.end());
-    held = without_repeats(std::move(held));
+    constrained.insert(constrained.end(), corners.begin(), corners.end());
+    constrained = without_repeats(std::move(constrained));
   }
   const std::vector<PetscInt> ghost_order =
       ordered_by(ghosts.points.count(), [&](PetscInt cell) { return ghost_owner[cell]; });
@@ -424,7 +424,7 @@ Distribution::Distribution(MPI_Comm comm, MeshRows rows, int layers, Numbering n
   std::vector<char> has_own_cell(vertices.size(), 1);
   {
     const Places of_own_cells(vertices);
-    std::copy_if(held.begin(), held.end(), std::back_inserter(vertices),
+    std::copy_if(constrained.begin(), constrained.end(), std::back_inserter(vertices),
                  [&](PetscInt id) { return of_own_cells.find(id) < 0; });
     has_own_cell.resize(vertices.size(), 0);
   }
@@ -480,15 +480,15 @@ Records Distribution::particle_data(const std::vector<PetscInt>& points) const {
 }
 
 std::vector<int> Distribution::find_pieces(std::vector<bool>& is_closed) const {
-  const std::size_t held = cells().end;
+  const std::size_t constrained = cells().end;
   const auto sides = static_cast<std::size_t>(rows_.corners);
-  std::vector<PetscInt> least(held);
-  for (std::size_t cell = 0; cell < held; ++cell) {
+  std::vector<PetscInt> least(constrained);
+  for (std::size_t cell = 0; cell < constrained; ++cell) {
     least[cell] = data(static_cast<PetscInt>(cell)).id;
   }
   // The least ids spread, the lowest first, so that a cell changes only once; then a ghost takes its owner's, until all
   // ranks agree.
-  std::vector<std::size_t> changed(held);
+  std::vector<std::size_t> changed(constrained);
   std::iota(changed.begin(), changed.end(), std::size_t{0});
   while (on_any_rank(comm_, !changed.empty())) {
     std::sort(changed.begin(), changed.end(), [&least](std::size_t a, std::size_t b) { return least[a] < least[b]; });
@@ -509,7 +509,7 @@ std::vector<int> Distribution::find_pieces(std::vector<bool>& is_closed) const {
     const std::vector<PetscInt> before = least;
     update_ghosts(cell_layout_, least);
     changed.clear();
-    for (std::size_t cell = 0; cell < held; ++cell) {
+    for (std::size_t cell = 0; cell < constrained; ++cell) {
       least[cell] = std::min(least[cell], before[cell]);
       if (least[cell] < before[cell]) {
         changed.push_back(cell);

@@ -76,7 +76,7 @@ class Distribution {
     std::copy_n(corners_.begin() + static_cast<PetscInt>(count) * cell, count, points.begin());
     return points;
   }
-  /// The side that meets each side of the cells (see opposite_sides); -1 also where the cell beyond is not held.
+  /// The side that meets each side of the cells (see opposite_sides); -1 also where the cell beyond is not constrained.
   const std::vector<PetscInt>& opposite() const { return opposite_; }
 
   /// The pieces of the cells that this rank holds, joined by common sides and numbered by their lowest id over all
@@ -96,7 +96,7 @@ class Distribution {
   PartitionQuality quality() const;
 
   MPI_Comm comm_;
-  MeshRows rows_;  ///< the cells and vertices held; without cell_corners and part
+  MeshRows rows_;  ///< the cells and vertices constrained; without cell_corners and part
   Layout cell_layout_;
   Layout vertex_layout_;
   std::vector<PetscInt> corners_;   ///< vertices of the cells, as points, the same number for each

@@ -8,7 +8,7 @@
 namespace pellicle {
 inline namespace surface {
 
-/// Places of the points of an element's drawn triangles; a quad's centre is at the mean of its corners.
+/// Places of the points of an element's surface triangles; a quad's centre is at the mean of its corners.
 class DrawnPlaces {
  public:
   /// @param positions of the local particles, (3 x local) [m]

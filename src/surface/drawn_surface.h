@@ -15,13 +15,13 @@ struct DrawnPoint {
   std::array<double, 4> weights{};      ///< sum 1; 0 for unused entries
   std::int64_t id = 0;                  ///< persistent; negative for a point on a cut
   bool is_owned = true;                 ///< false if another rank counts the point
-  /// Lattice particle of a quad's centre in which the point has the share `centre_share`, a quarter of it in each
+  /// Lattice particle of a quad's centre in which the point has the fraction `centre_share`, a quarter of it in each
   /// weight. Texture coordinates of a centre are those of its lattice particle, also beside a seam.
   PetscInt lattice = 0;
   double centre_share = 0;  ///< 0: no share in a centre
 };
 
-/// A rank's part of the drawn surface: the living triangles of its owned elements.
+/// A rank's part of the drawn surface: the active triangles of its owned elements.
 struct DrawnSurface {
   std::vector<DrawnPoint> points;
   std::vector<std::array<PetscInt, 3>> triangles;  ///< point numbers

@@ -1,7 +1,7 @@
 #include "surface/groups.h"
 
 #include "base/error.h"
-#include "base/spelling.h"
+#include "options/spelling.h"
 
 namespace pellicle {
 inline namespace surface {

@@ -10,8 +10,8 @@ inline namespace surface {
 
 // A sheet of one layer (Sheet::layers): its corners move, and the lattice points are the centres of their cells.
 
-/// Mass that moves with each local particle [kg]: for a corner its own and its shares of the lattice points round it,
-/// which the remaining corners of a cell share; 0 for lattice points. Collective.
+/// Mass that moves with each local particle [kg]: for a corner its own and its fractions of the lattice points round
+/// it, which the remaining corners of a cell share; 0 for lattice points. Collective.
 /// @param mass ghosts up to date, (1 x local) [kg]
 std::vector<double> corner_masses(const Sheet& sheet, const Field& mass);
 

@@ -13,13 +13,13 @@ inline namespace surface {
 
 namespace {
 
-/// For each local particle the least persistent id among the particles that living springs connect with it, or -1.
+/// For each local particle the least persistent id among the particles that active springs connect with it, or -1.
 /// Collective.
-std::vector<PetscInt> connected_parts(const Surface& surface, const Living& living) {
+std::vector<PetscInt> connected_parts(const Surface& surface, const ActiveSet& active) {
   DisjointSets sets(surface.particles.local());
   for (const Colour colour : all_colours) {
     const std::vector<std::array<PetscInt, 2>>& ends = surface.of(colour).ends;
-    const std::vector<bool>& lives = living.springs[static_cast<std::size_t>(colour)];
+    const std::vector<bool>& lives = active.springs[static_cast<std::size_t>(colour)];
     for (std::size_t s = 0; s < ends.size(); ++s) {
       if (lives[s]) {
         sets.unite(static_cast<std::size_t>(ends[s][0]), static_cast<std::size_t>(ends[s][1]));
@@ -28,7 +28,7 @@ std::vector<PetscInt> connected_parts(const Surface& surface, const Living& livi
   }
 
   // Sets get the least id of their members, members that of their set, ghosts that of their owner, until all agree.
-  const std::vector<bool> has_springs = particles_with_springs(surface, living);
+  const std::vector<bool> has_springs = particles_with_springs(surface, active);
   const PetscInt owned = surface.particles.owned;
   const PetscInt local = surface.particles.local();
   std::vector<PetscInt> least(has_springs.size(), std::numeric_limits<PetscInt>::max());
@@ -89,7 +89,7 @@ std::size_t Pieces::place_of(PetscInt id) const {
 
 Pieces initial_pieces(const Surface& surface) {
   Pieces pieces;
-  pieces.of_particle = connected_parts(surface, Living(surface));
+  pieces.of_particle = connected_parts(surface, ActiveSet(surface));
   // The initial pieces are found as parts of one piece, whose id is not used.
   const PartSizes sizes = part_sizes(surface, pieces.of_particle, std::vector<PetscInt>(pieces.of_particle.size(), 0));
   std::unordered_map<PetscInt, PetscInt> id_of_part{{-1, -1}};
@@ -106,8 +106,8 @@ Pieces initial_pieces(const Surface& surface) {
   return pieces;
 }
 
-void update_pieces(Pieces& pieces, const Surface& surface, const Living& living, double time) {
-  const std::vector<PetscInt> parts = connected_parts(surface, living);
+void update_pieces(Pieces& pieces, const Surface& surface, const ActiveSet& active, double time) {
+  const std::vector<PetscInt> parts = connected_parts(surface, active);
   std::unordered_map<PetscInt, PetscInt> id_of_part{{-1, -1}};
   std::vector<PetscInt> present;
   std::vector<double> birth_time;

@@ -3,15 +3,15 @@
 #include <vector>
 
 #include "parallel/field.h"
-#include "surface/living.h"
+#include "surface/active_set.h"
 #include "surface/surface.h"
 
 namespace pellicle {
 inline namespace surface {
 
-/// The pieces of a surface: its parts that living springs (edges of a membrane) connect.
+/// The pieces of a surface: its parts that active springs (edges of a membrane) connect.
 struct Pieces {
-  std::vector<PetscInt> of_particle;  ///< id of the piece of each local particle, -1 without living spring
+  std::vector<PetscInt> of_particle;  ///< id of the piece of each local particle, -1 without active spring
   std::vector<PetscInt> present;      ///< ids of the present pieces, ascending; the same on all ranks
   std::vector<double> birth_time;     ///< when each present piece separated; 0 for initial pieces [s]
   PetscInt next_id = 0;
@@ -27,7 +27,7 @@ Pieces initial_pieces(const Surface& surface);
 /// the one with the least persistent id); the others get new ids, in the order of their pieces' ids and of their least
 /// persistent ids, so that ids depend neither on ranks nor on compaction. Collective.
 /// @param time birth time of the new pieces [s]
-void update_pieces(Pieces& pieces, const Surface& surface, const Living& living, double time);
+void update_pieces(Pieces& pieces, const Surface& surface, const ActiveSet& active, double time);
 
 /// Mass of each present piece, the same on all ranks [kg]. Collective.
 std::vector<double> piece_masses(const Pieces& pieces, const Surface& surface, const Field& mass);

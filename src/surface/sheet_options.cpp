@@ -1,6 +1,6 @@
 #include "surface/sheet_options.h"
 
-#include "base/options.h"
+#include "options/options.h"
 
 namespace pellicle {
 inline namespace surface {

@@ -3,12 +3,12 @@
 #include <string>
 #include <vector>
 
-#include "base/choice.h"
+#include "options/choice.h"
 
 namespace pellicle {
-inline namespace base {
+inline namespace options {
 class OptionTable;
-}  // namespace base
+}  // namespace options
 inline namespace surface {
 
 enum class Partitioner { metis, ptscotch, simple };
@@ -24,7 +24,7 @@ struct SheetOptions {
   double areal_density = 0.08;  ///< [kg/m^2]
   bool is_one_surface = false;  ///< lattice points lie between their corners, not `thickness` above
   Choice<Partitioner> partitioner = Partitioner::metis;
-  double perturbation = 0;       ///< amplitude of the initial noise, as a share of the mean cell edge
+  double perturbation = 0;       ///< amplitude of the initial noise, as a fraction of the mean cell edge
   int seed = 1;                  ///< of the initial noise
   double imbalance_limit = 1.1;  ///< cells of a rank over the mean above which the surface is distributed anew
 };

@@ -59,7 +59,8 @@ void place_lattice(Distribution& mesh, const SheetOptions& options) {
 /// Gives corners their masses, an eighth of the mass of each cell; half of a cell's mass belongs to its lattice point.
 /// Collective.
 void add_corner_masses(Distribution& mesh) {
-  // In the order of the ids, so that rounding does not depend on the ranks: all cells at an owned vertex are held.
+  // In the order of the ids, so that rounding does not depend on the ranks: all cells at an owned vertex are
+  // constrained.
   std::vector<PetscInt> by_id(mesh.cells().end);
   std::iota(by_id.begin(), by_id.end(), 0);
   std::sort(by_id.begin(), by_id.end(), [&mesh](PetscInt a, PetscInt b) { return mesh.data(a).id < mesh.data(b).id; });

@@ -19,7 +19,7 @@ namespace {
 class Fan {
  public:
   /// @param elements local ones, with the place of the corner in each
-  Fan(const Surface& surface, const Living& living, std::vector<std::pair<PetscInt, std::size_t>> elements)
+  Fan(const Surface& surface, const ActiveSet& active, std::vector<std::pair<PetscInt, std::size_t>> elements)
       : elements_(std::move(elements)) {
     std::sort(elements_.begin(), elements_.end(), [&surface](const auto& a, const auto& b) {
       return surface.element_id[a.first] < surface.element_id[b.first];
@@ -33,9 +33,9 @@ class Fan {
       const std::size_t place = elements_[i].second;
       for (const std::size_t turn : {std::size_t{1}, last}) {
         const std::size_t side = (last + 1) * element + (turn == 1 ? place : (place + last) % (last + 1));
-        if (living.triangles[surface.triangle_at(side)]) {
+        if (active.triangles[surface.triangle_at(side)]) {
           lives[i] = true;
-          if (!living.cracked[side]) {
+          if (!active.cracked[side]) {
             at_neighbour[surface.corner(element, (place + turn) % (last + 1))].push_back(i);
           }
         }
@@ -61,7 +61,7 @@ class Fan {
 
   std::size_t groups() const { return mass_.size(); }
   /// Share of a group in the elements' masses.
-  double share(std::size_t group) const { return mass_[group] / std::accumulate(mass_.begin(), mass_.end(), 0.0); }
+  double fraction(std::size_t group) const { return mass_[group] / std::accumulate(mass_.begin(), mass_.end(), 0.0); }
   /// Calls `visit(cell, place, group)` for each element, with the place of the corner in it.
   template <class Visit>
   void for_each(const Visit& visit) const {
@@ -77,11 +77,11 @@ class Fan {
 };
 
 /// The elements round each owned corner at which they form several groups; all these elements are local.
-std::map<PetscInt, Fan> parted_fans(const Surface& surface, const Living& living) {
+std::map<PetscInt, Fan> parted_fans(const Surface& surface, const ActiveSet& active) {
   std::map<PetscInt, std::vector<std::pair<PetscInt, std::size_t>>> elements_at;
   const std::size_t sides = surface.sides_per_element();
-  for (std::size_t side = 0; side < living.cracked.size(); ++side) {
-    if (living.cracked[side]) {
+  for (std::size_t side = 0; side < active.cracked.size(); ++side) {
+    if (active.cracked[side]) {
       elements_at[surface.corner(side / sides, side % sides)];
       elements_at[surface.corner(side / sides, side % sides + 1)];
     }
@@ -100,7 +100,7 @@ std::map<PetscInt, Fan> parted_fans(const Surface& surface, const Living& living
     }
   }
   for (auto& [corner, elements] : elements_at) {
-    Fan fan(surface, living, std::move(elements));
+    Fan fan(surface, active, std::move(elements));
     if (fan.groups() > 1) {
       fans.emplace(corner, std::move(fan));
     }
@@ -110,8 +110,8 @@ std::map<PetscInt, Fan> parted_fans(const Surface& surface, const Living& living
 
 }  // namespace
 
-SplitCorners find_split_corners(const Surface& surface, const Living& living) {
-  const std::map<PetscInt, Fan> fans = parted_fans(surface, living);
+SplitCorners find_split_corners(const Surface& surface, const ActiveSet& active) {
+  const std::map<PetscInt, Fan> fans = parted_fans(surface, active);
   const auto id_of = [&surface](PetscInt i) { return surface.persistent_id[i]; };
   SplitCorners split;
   std::vector<PetscInt> own;  // ids of corners, each as often as it gets a copy
@@ -126,7 +126,7 @@ SplitCorners find_split_corners(const Surface& surface, const Living& living) {
     return split;
   }
 
-  split.share.assign(surface.particles.owned, 1);
+  split.fraction.assign(surface.particles.owned, 1);
   constexpr PetscInt same = -1;
   constexpr std::array<PetscInt, 4> none{same, same, same, same};
   std::vector<std::array<PetscInt, 4>> new_ids(surface.elements.local(), none);
@@ -137,9 +137,9 @@ SplitCorners find_split_corners(const Surface& surface, const Living& living) {
     const auto new_id = [&](std::size_t group) {
       return surface.id_end + static_cast<PetscInt>(first) + static_cast<PetscInt>(group) - 1;
     };
-    split.share[corner] = fan.share(0);
+    split.fraction[corner] = fan.fraction(0);
     for (std::size_t group = 1; group < fan.groups(); ++group) {
-      split.copies.push_back({corner, new_id(group), fan.share(group)});
+      split.copies.push_back({corner, new_id(group), fan.fraction(group)});
     }
     fan.for_each([&](PetscInt element, std::size_t place, std::size_t group) {
       if (group > 0) {

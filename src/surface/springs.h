@@ -20,7 +20,7 @@ struct SpringSet {
   Layout layout;
   std::vector<std::array<PetscInt, 2>> ends;  ///< local particle numbers
   std::vector<double> initial_length;         ///< l^init [m]
-  /// Drawn triangles that share each local spring: two of its cell for a red one, those at its edge for a blue one,
+  /// Surface triangles that share each local spring: two of its cell for a red one, those at its edge for a blue one,
   /// those at the edge that it crosses for a green one, all four of its cell for a yellow one. -1: none, or for ghosts
   /// also one that is not local.
   std::vector<std::array<PetscInt, 4>> triangles;

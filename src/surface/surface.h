@@ -39,7 +39,7 @@ struct Surface {
   Layout elements;
   std::vector<PetscInt> element_id;  ///< of each local element: its number in the file
   int triangles_per_element = 1;
-  std::vector<std::array<PetscInt, 3>> triangles;  ///< particles of the drawn triangles of the local elements
+  std::vector<std::array<PetscInt, 3>> triangles;  ///< particles of the surface triangles of the local elements
   std::vector<std::array<PetscInt, 4>> cells;      ///< corners of each local quad, in order
   std::vector<PetscInt> lattice;                   ///< lattice particle of each local quad
 
@@ -60,7 +60,7 @@ struct Surface {
   /// Side `sides_per_element() e + k` of local element e joins its corners k and k + 1.
   int sides_per_element() const { return has_quads() ? 4 : 3; }
   std::size_t element_of_side(std::size_t side) const { return side / static_cast<std::size_t>(sides_per_element()); }
-  /// The drawn triangle at a side.
+  /// The surface triangle at a side.
   std::size_t triangle_at(std::size_t side) const { return has_quads() ? side : element_of_side(side); }
   /// Corner k of a local element, in the mesh's order round it; k may go round once more.
   PetscInt corner(std::size_t element, std::size_t k) const {
@@ -84,7 +84,7 @@ struct Surface {
     }
     return sides;
   }
-  /// Shares of the points of a drawn triangle in its mass and area.
+  /// Shares of the points of a surface triangle in its mass and area.
   std::array<double, 3> point_shares() const {
     return has_quads() ? std::array{0.25, 0.25, 0.5} : std::array{1.0 / 3, 1.0 / 3, 1.0 / 3};
   }

@@ -14,7 +14,7 @@ BurningFields::BurningFields(FieldRegistry& registry, const Surface& surface)
       mass_change(registry.add<Field>({"mass_change", "kg", Item::particle, Drawn::no, false, true})),
       pieces(registry.own<Pieces>()),
       burn_time(registry.add<std::vector<double>>({"burn_time", "s", Item::cell, Drawn::yes})),
-      living(registry.own<Living>(surface)),
+      active(registry.own<ActiveSet>(surface)),
       mass_burnt(registry.add<double>({"mass_burnt", "kg", Item::sum})),
       cracked_sides(registry.add<double>({"cracked_sides", "", Item::sum})),
       crack_length(registry.add<double>({"crack_length", "m", Item::sum})),
@@ -28,12 +28,12 @@ BurningFields::BurningFields(FieldRegistry& registry, const Surface& surface)
   registry.declare({"pieces_present", "", Item::object}, pieces.present);
   registry.declare({"pieces_birth_time", "s", Item::object}, pieces.birth_time);
   registry.declare({"pieces_next_id", "", Item::object}, pieces.next_id);
-  registry.declare({"living_triangles", "", Item::cell}, living.triangles, surface.triangles_per_element);
-  registry.declare({"cracked", "", Item::cell}, living.cracked, surface.sides_per_element());
+  registry.declare({"living_triangles", "", Item::cell}, active.triangles, surface.triangles_per_element);
+  registry.declare({"cracked", "", Item::cell}, active.cracked, surface.sides_per_element());
   for (const Colour colour : all_colours) {
     const auto index = static_cast<std::size_t>(colour);
     registry.declare({std::string("living_springs_") + colour_names[index], "", Item::spring, Drawn::no, true},
-                     living.springs[index]);
+                     active.springs[index]);
   }
   mass.values() = Eigen::Map<const Eigen::RowVectorXd>(surface.initial_mass.data(), mass.values().cols());
   pieces.of_particle.assign(surface.particles.local(), -1);

@@ -5,7 +5,7 @@
 
 #include "parallel/field.h"
 #include "state/field_registry.h"
-#include "surface/living.h"
+#include "surface/active_set.h"
 #include "surface/pieces.h"
 
 namespace pellicle {
@@ -22,7 +22,7 @@ struct BurningFields {
   Field& mass_change;  ///< of the last step, at most 0
   Pieces& pieces;
   std::vector<double>& burn_time;  ///< when each local element began to burn away; -1: not yet
-  Living& living;
+  ActiveSet& active;
   double& mass_burnt;  ///< since the beginning, by the owned particles, with what was left when they left
   // Since the beginning, each side counted by the rank that had it.
   double& cracked_sides;

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "base/options.h"
+#include "options/options.h"
 
 namespace pellicle {
 inline namespace world {

@@ -3,9 +3,9 @@
 #include <optional>
 
 namespace pellicle {
-inline namespace base {
+inline namespace options {
 class OptionTable;
-}  // namespace base
+}  // namespace options
 inline namespace world {
 
 /// When the state of a run is kept.

@@ -23,24 +23,25 @@ void report_contact(Report& report, const ContactOptions& options, bool apart,
     report.add("friction_work", "J", state.friction_work);
   }
   if (options.check && !apart) {
-    const Crossings crossings = find_crossings({{surface, state.position, state.living_triangles()}});
+    const Crossings crossings = find_crossings({{surface, state.position, state.active_triangles()}});
     report.add("crossings", "", static_cast<double>(crossings.pairs));
     report.add("crossing_element_1", "", static_cast<double>(crossings.elements[0]));
     report.add("crossing_element_2", "", static_cast<double>(crossings.elements[1]));
   }
 }
 
-void open_lips(const std::vector<Object*>& objects) {
-  if (std::all_of(objects.begin(), objects.end(), [](const Object* object) { return object->fresh_lips().empty(); })) {
+void separate_crack_faces(const std::vector<Object*>& objects) {
+  if (std::all_of(objects.begin(), objects.end(),
+                  [](const Object* object) { return object->fresh_crack_faces().empty(); })) {
     return;
   }
   std::vector<CrackedSurface> surfaces;
   for (Object* object : objects) {
     const Motion& motion = object->motion();
-    surfaces.push_back(
-        {motion.contact_part(), motion.living(), motion.held(), object->fresh_lips(), object->state().position});
+    surfaces.push_back({motion.contact_part(), motion.active(), motion.constrained(), object->fresh_crack_faces(),
+                        object->state().position});
   }
-  contact::open_lips(surfaces);
+  contact::separate_crack_faces(surfaces);
 }
 
 }  // namespace world

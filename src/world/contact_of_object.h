@@ -15,9 +15,9 @@ inline namespace world {
 void report_contact(Report& report, const ContactOptions& options, bool apart,
                     const std::optional<ContactFigures>& figures, const Surface& surface, const State& state);
 
-/// Moves the lips of fresh cracks apart, if there are any, see contact/lips.h. Collective.
+/// Moves the crack faces of fresh cracks apart, if there are any, see contact/crack faces.h. Collective.
 /// @param objects all that touch each other
-void open_lips(const std::vector<Object*>& objects);
+void separate_crack_faces(const std::vector<Object*>& objects);
 
 }  // namespace world
 }  // namespace pellicle

@@ -25,8 +25,8 @@ namespace {
 struct StartingSurface {
   std::string object;
   ContactSurface::Part part;
-  const std::vector<bool>* living;  ///< of its drawn triangles; null: all of them
-  std::vector<bool> held;           ///< local particles that stay where they are
+  const std::vector<bool>* active;  ///< of its surface triangles; null: all of them
+  std::vector<bool> constrained;    ///< local particles that stay where they are
   Field& position;                  ///< ghosts up to date, before and after
 };
 
@@ -55,7 +55,7 @@ double touching_distance(const std::vector<StartingSurface>& surfaces) {
 Crossings crossings_of(const std::vector<StartingSurface>& surfaces) {
   std::vector<PlacedSurface> placed;
   for (const StartingSurface& surface : surfaces) {
-    placed.push_back({*surface.part.surface, surface.position, surface.living});
+    placed.push_back({*surface.part.surface, surface.position, surface.active});
   }
   return find_crossings(placed, touching_distance(surfaces));
 }
@@ -78,7 +78,7 @@ struct StartingElement {
   PetscInt number = 0;
   std::array<PetscInt, 4> corners{-1, -1, -1, -1};
   std::array<double, 12> places{};
-  std::array<bool, 4> held{};
+  std::array<bool, 4> constrained{};
   std::array<bool, 4> lives{};
 };
 
@@ -94,12 +94,12 @@ std::vector<StartingElement> all_elements(const std::vector<StartingSurface>& su
       for (PetscInt k = 0; k < surface.sides_per_element(); ++k) {
         const PetscInt corner = surface.corner(e, k);
         element.corners[k] = surface.persistent_id[corner];
-        element.held[k] = surfaces[s].held[corner];
+        element.constrained[k] = surfaces[s].constrained[corner];
         std::copy_n(surfaces[s].position.vector(corner).data(), 3,
                     element.places.begin() + static_cast<std::ptrdiff_t>(3 * k));
       }
       for (std::size_t t = 0; t < each; ++t) {
-        element.lives[t] = surfaces[s].living == nullptr || (*surfaces[s].living)[each * e + t];
+        element.lives[t] = surfaces[s].active == nullptr || (*surfaces[s].active)[each * e + t];
       }
       own.push_back(element);
     }
@@ -124,7 +124,7 @@ void untangle_all(const std::vector<StartingSurface>& surfaces) {
           numbers.emplace(Key(element.surface, element.corners[k]), static_cast<int>(mesh.particles.size()));
       if (is_new) {
         mesh.particles.emplace_back(element.places.data() + 3 * k);
-        mesh.held.push_back(element.held[k]);
+        mesh.constrained.push_back(element.constrained[k]);
       }
       corners[k] = number->second;
     }
@@ -164,7 +164,7 @@ void carry_lattice(const std::vector<StartingSurface>& surfaces, const std::vect
     Field& position = surfaces[s].position;
     for (std::size_t e = 0; surface.has_quads() && e < static_cast<std::size_t>(surface.elements.owned); ++e) {
       const PetscInt lattice = surface.lattice[e];
-      if (surface.is_lattice[lattice] && !surfaces[s].held[lattice]) {
+      if (surface.is_lattice[lattice] && !surfaces[s].constrained[lattice]) {
         position.vector(lattice) = before[s].col(lattice);
         for (const PetscInt corner : surface.cells[e]) {
           position.vector(lattice) += (position.vector(corner) - before[s].col(corner)) / 4;
@@ -187,14 +187,14 @@ void push_apart(const ContactOptions& options, const std::vector<StartingSurface
   SurfaceContact contact(parts, options, false);
   const JoinedLayout& joined = contact.joined();
   const auto particles = static_cast<std::size_t>(joined.layout().local());
-  std::vector<bool> held(particles);
+  std::vector<bool> constrained(particles);
   Field x(joined.layout(), 3);
   Field before(joined.layout(), 3);
   for (std::size_t p = 0; p < surfaces.size(); ++p) {
-    contact.set_surface(surfaces[p].held, surfaces[p].living, p);
+    contact.set_surface(surfaces[p].constrained, surfaces[p].active, p);
     joined.put(p, surfaces[p].position, x);
     for (PetscInt i = 0; i < surfaces[p].part.surface->particles.local(); ++i) {
-      held[joined.local(p, i)] = surfaces[p].held[i];
+      constrained[joined.local(p, i)] = surfaces[p].constrained[i];
     }
   }
   for (int n = 0; n < most; ++n) {
@@ -202,7 +202,7 @@ void push_apart(const ContactOptions& options, const std::vector<StartingSurface
     if (contact.figures(x).smallest_gap >= enough * contact.thickness()) {
       break;
     }
-    contact.correct(before, x, std::vector<double>(particles, 1), held);
+    contact.correct(before, x, std::vector<double>(particles, 1), constrained);
   }
   for (std::size_t p = 0; p < surfaces.size(); ++p) {
     joined.take(p, x, surfaces[p].position);
@@ -217,7 +217,7 @@ std::string settle_start(const ContactOptions& options, const std::vector<Object
   for (Object* object : objects) {
     const Motion& motion = object->motion();
     surfaces.push_back(
-        {object->name(), motion.contact_part(), motion.living(), motion.held(), object->state().position});
+        {object->name(), motion.contact_part(), motion.active(), motion.constrained(), object->state().position});
     check_thickness(surfaces.back());
   }
   const Crossings crossings = crossings_of(surfaces);
@@ -262,10 +262,10 @@ void refuse_start_in_bodies(Object& object) {
   const Surface& surface = object.surface();
   const double least = BodyContact::tolerance * object.motion().contact_part().thickness_or_usual();
   const State& state = object.state();
-  const std::vector<bool> held = object.motion().held();
-  std::string inside = particles_inside(bodies, state.time, surface.particles, state.position, held, least);
+  const std::vector<bool> constrained = object.motion().constrained();
+  std::string inside = particles_inside(bodies, state.time, surface.particles, state.position, constrained, least);
   if (inside.empty()) {
-    inside = triangles_inside(bodies, state.time, surface, state.position, held, least);
+    inside = triangles_inside(bodies, state.time, surface, state.position, constrained, least);
   }
   if (!inside.empty()) {
     throw Error(inside);

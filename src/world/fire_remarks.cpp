@@ -31,11 +31,11 @@ FrontInput front_input(const Options& options) {
 }  // namespace
 
 void FireRecord::note(double time, double left, double burnt_mass, double temperature_max) {
-  const double share = left + burnt_mass > 0 ? burnt_mass / (left + burnt_mass) : 0;
-  if (share > burnt) {
+  const double fraction = left + burnt_mass > 0 ? burnt_mass / (left + burnt_mass) : 0;
+  if (fraction > burnt) {
     last_time = time;
   }
-  burnt = share;
+  burnt = fraction;
   present_time = time;
   hottest = std::max(hottest, temperature_max);
 }

@@ -11,7 +11,7 @@ inline namespace world {
 
 /// What is known of a fire from step to step, for a remark at the end of a run.
 struct FireRecord {
-  double burnt = 0;         ///< share of the initial mass
+  double burnt = 0;         ///< fraction of the initial mass
   double last_time = -1;    ///< of the last step in which mass was lost [s]; -1: there has been none
   double present_time = 0;  ///< [s]
   double hottest = 0;       ///< so far [K]

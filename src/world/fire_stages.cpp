@@ -23,12 +23,12 @@ inline namespace world {
 
 namespace {
 
-constexpr double heat_balance_tolerance = 1e-9;  ///< share of the heat that came in
-constexpr double heat_balance_rounding = 1e-14;  ///< share of the heat that was there at first
+constexpr double heat_balance_tolerance = 1e-9;  ///< fraction of the heat that came in
+constexpr double heat_balance_rounding = 1e-14;  ///< fraction of the heat that was there at first
 
-/// Mass over initial mass of each local particle, of a sheet together with the shares of its cells that belong to the
-/// other layer: for a corner an eighth from the lattice particles of its cells, for a lattice particle an eighth from
-/// each corner of its cell. Removed particles do not count. Collective.
+/// Mass over initial mass of each local particle, of a sheet together with the fractions of its cells that belong to
+/// the other layer: for a corner an eighth from the lattice particles of its cells, for a lattice particle an eighth
+/// from each corner of its cell. Removed particles do not count. Collective.
 std::vector<double> mass_ratios(const Surface& surface, const Field& mass) {
   Field sum(surface.particles, 2);  // of masses, and of initial masses
   const auto add = [&](PetscInt to, PetscInt from, double initial) {
@@ -99,18 +99,18 @@ StageResult HeatStage::begin(Step& step) {
   }
   fields.heat_in += release_burning_heat(fields.temperature, surface_, fields.mass_change, fields.mass, heat);
   const HeatExchange exchange =
-      exchange_with_surroundings(fields.temperature, surface_, state_.position, fields.mass, fields.living, h, heat);
+      exchange_with_surroundings(fields.temperature, surface_, state_.position, fields.mass, fields.active, h, heat);
   fields.heat_in += exchange.gained;
   fields.heat_out += exchange.lost;
   if (!bodies_.empty()) {
     const BodyHeat of_bodies = exchange_with_bodies(
         fields.temperature, surface_, bodies_,
-        {state_.position, fields.mass, fields.living, state_.time, h, heat.capacity, resting_gap_});
+        {state_.position, fields.mass, fields.active, state_.time, h, heat.capacity, resting_gap_});
     fields.heat_in += of_bodies.gained;
     fields.heat_out += of_bodies.lost;
   }
   rise_.values() = -fields.temperature.values();
-  StageResult result = conduction_.advance(fields.temperature, {state_.position, fields.mass, fields.living, h});
+  StageResult result = conduction_.advance(fields.temperature, {state_.position, fields.mass, fields.active, h});
   rise_.values() += fields.temperature.values();
   fields.heat_made += heat_content(surface_, fields.mass, rise_, heat.capacity);
   step.heat_iterations = result.iterations;
@@ -136,12 +136,12 @@ CombustionStage::CombustionStage(const Surface& surface, const Options& options,
 StageResult CombustionStage::begin(Step& step) {
   const auto timer = clock_.time("combustion");
   BurningFields& fields = *state_.burning;
-  // A particle without living triangles neither cools nor burns.
-  const std::vector<bool>& triangles = fields.living.triangles;
+  // A particle without active triangles neither cools nor burns.
+  const std::vector<bool>& triangles = fields.active.triangles;
   const bool is_whole = std::find(triangles.begin(), triangles.end(), false) == triangles.end();
   std::vector<bool> has_surface;
   if (on_any_rank(surface_.comm(), !is_whole)) {
-    has_surface = ablation_.particles_with_surface(fields.living);
+    has_surface = ablation_.particles_with_surface(fields.active);
   }
   const BurnInput input{fields.temperature, mass_loss_factor_, step.h, has_surface.empty() ? nullptr : &has_surface};
   fields.mass_burnt += burn(fields.mass, fields.mass_change, surface_, input, options_.combustion);
@@ -171,7 +171,7 @@ StageResult AblationStage::begin(Step& step) {
       fields.burn_time[t / per_element] = time;
     }
   }
-  step.has_burnt = ablation_.burn_away(fields.living, level_);
+  step.has_burnt = ablation_.burn_away(fields.active, level_);
   if (step.has_burnt) {
     remove_bare_particles(time);
   }
@@ -181,7 +181,7 @@ StageResult AblationStage::begin(Step& step) {
 /// Removes the particles that have lost their last spring; pieces separate.
 void AblationStage::remove_bare_particles(double time) {
   BurningFields& fields = *state_.burning;
-  for (const PetscInt i : ablation_.bare_particles(fields.living, fields.mass)) {
+  for (const PetscInt i : ablation_.bare_particles(fields.active, fields.mass)) {
     double& mass = fields.mass.data()[i];
     fields.mass_burnt += mass;
     fields.heat_out += mass * options_.heat.capacity * fields.temperature.data()[i];
@@ -189,12 +189,12 @@ void AblationStage::remove_bare_particles(double time) {
     fields.mass_change.data()[i] = 0;
   }
   update_ghosts(surface_.particles, fields.mass, fields.mass_change);
-  update_pieces(fields.pieces, surface_, fields.living, time);
+  update_pieces(fields.pieces, surface_, fields.active, time);
 }
 
 void AblationStage::draw(Picture& picture) const {
   const BurningFields& fields = *state_.burning;
-  picture.cut(cut_surface(surface_, fields.living, level_set(surface_, fields.mass, options_.ablation.loss_mass)));
+  picture.cut(cut_surface(surface_, fields.active, level_set(surface_, fields.mass, options_.ablation.loss_mass)));
   picture.add_on_particles("mass_ratio", mass_ratios(surface_, fields.mass), 1, surface_.has_quads());
   const Pieces& pieces = fields.pieces;
   const std::vector<double> masses = piece_masses(pieces, surface_, fields.mass);
@@ -229,12 +229,12 @@ StageResult CrackStage::end(Step& step) {
   const auto timer = clock_.time("ablation");
   BurningFields& fields = *state_.burning;
   const std::vector<PetscInt> sides = cracks_.sides(
-      {fields.living, motion_.stress(), state_.position, fields.mass, motion_.pinned(), options_.combustion.min_mass});
+      {fields.active, motion_.stress(), state_.position, fields.mass, motion_.pinned(), options_.combustion.min_mass});
   for (const PetscInt side : sides) {
     ++fields.cracked_sides;
     fields.crack_length += surface_.of(Colour::blue).initial_length[side];
   }
-  step.has_cracked = ablation_.crack(fields.living, sides);
+  step.has_cracked = ablation_.crack(fields.active, sides);
   return {};
 }
 
@@ -274,7 +274,7 @@ FireFigures HeatBalanceStage::figures() const {
       sum_over_ranks(surface_.comm(), std::array{mass, fields.mass_burnt, content, fields.heat_in, fields.heat_out,
                                                  fields.heat_made, fields.heat_initial});
   set_level(level_, surface_, fields.mass, options_.ablation.loss_mass);
-  const double hottest = largest_drawn(surface_, fields.living, level_, fields.temperature.data());
+  const double hottest = largest_drawn(surface_, fields.active, level_, fields.temperature.data());
   return {sums[0], sums[1], sums[2], sums[3], sums[4], sums[5], sums[6], hottest};
 }
 

@@ -67,7 +67,7 @@ class AblationStage : public Stage {
   AblationStage(const Surface& surface, const Options& options, State& state, StageClock& clock);
 
   void start() override;
-  void follow() override { ablation_.follow_triangles(state_.burning->living); }
+  void update_derived() override { ablation_.follow_triangles(state_.burning->active); }
   StageResult begin(Step& step) override;
   void draw(Picture& picture) const override;
 

@@ -9,9 +9,9 @@
 namespace pellicle {
 inline namespace world {
 
-/// Heat between the gas in chambers and walls that have temperatures. A particle i with a share a of a chamber's walls
-/// gives h k a/(1 + h k a/(c m)) (T_i - T_gas), with the heat transfer coefficient k, as if its own temperature changed
-/// implicitly too; the gas receives the sum.
+/// Heat between the gas in chambers and walls that have temperatures. A particle i with a fraction a of a chamber's
+/// walls gives h k a/(1 + h k a/(c m)) (T_i - T_gas), with the heat transfer coefficient k, as if its own temperature
+/// changed implicitly too; the gas receives the sum.
 class GasHeat {
  public:
   /// Begins a step of length h [s], and sets the heat properties of the walls for the gas. Collective.

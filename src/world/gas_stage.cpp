@@ -47,20 +47,20 @@ void GasStage::start() {
   }
 }
 
-void GasStage::follow() {
+void GasStage::update_derived() {
   if (state_.gas != nullptr) {
     chambers_.set_numbers(state_.chamber);
     gas_step_ = {state_.gas};
   }
   if (state_.burning) {
-    chambers_.set_living(state_.burning->living);
+    chambers_.set_active(state_.burning->active);
   }
 }
 
 StageResult GasStage::begin(Step& step) {
-  const double share = integrator_.share();
+  const double fraction = integrator_.fraction();
   if (state_.burning) {
-    chambers_.set_living(state_.burning->living);
+    chambers_.set_active(state_.burning->active);
   }
   if (state_.gas != nullptr) {
     opened_ = opened();
@@ -71,7 +71,7 @@ StageResult GasStage::begin(Step& step) {
     // As far as the forces are in balance at the beginning of the step, or on the way through it.
     between_.values() = state_.position.values();
     if (integrator_.is_second_order()) {
-      between_.values() += share * step.h * state_.velocity.values();
+      between_.values() += fraction * step.h * state_.velocity.values();
     }
     uneven_.values().leftCols(surface_.particles.owned) =
         chambers_.uneven_forces(exchange(), between_, gravity_of_gas(options_), state_.time_of_loads());
@@ -84,7 +84,7 @@ StageResult GasStage::begin(Step& step) {
       gas_heat_.begin_step(chambers_, *state_.gas, surface_, state_.position, *state_.burning, options_.heat.capacity,
                            step.h, walls);
     }
-    gas_step_ = {state_.gas, walls, share * step.h};
+    gas_step_ = {state_.gas, walls, fraction * step.h};
   }
   return {};
 }
@@ -121,12 +121,12 @@ void GasStage::report(Report& report, const Step& /*step*/) const {
   for (int chamber = 0; chamber < chambers_.count(); ++chamber) {
     GasState& gas = states[chamber];
     gas.pressure = chambers_.prescribes_volume(chamber) ? state_.pressure[chamber] : gas.pressure;
-    const double share = chambers_.count() == 1 ? 1 : volumes[chamber] / volumes.sum();
+    const double fraction = chambers_.count() == 1 ? 1 : volumes[chamber] / volumes.sum();
     all.volume += gas.volume;
     all.amount += gas.amount;
-    all.pressure += share * gas.pressure;
-    all.absolute_pressure += share * gas.absolute_pressure;
-    all.temperature += share * gas.temperature;
+    all.pressure += fraction * gas.pressure;
+    all.absolute_pressure += fraction * gas.absolute_pressure;
+    all.temperature += fraction * gas.temperature;
     if (chambers_.was_there_at_first(chamber)) {
       initial_volume += chambers_.initial_volume(chamber);
     }
@@ -263,7 +263,7 @@ std::string GasStage::torn_wall() const {
   if (chambers_.count() == 0) {
     return "";
   }
-  const SplitCorners corners = find_split_corners(surface_, state_.burning->living);
+  const SplitCorners corners = find_split_corners(surface_, state_.burning->active);
   if (corners.count == 0) {
     return "";
   }

@@ -37,7 +37,7 @@ class GasStage : public Stage {
   const Field* uneven_forces() const { return pushes_unevenly_ ? &uneven_ : nullptr; }
 
   void start() override;
-  void follow() override;
+  void update_derived() override;
   StageResult begin(Step& step) override;
   StageResult end(Step& step) override;
   void report(Report& report, const Step& step) const override;

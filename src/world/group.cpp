@@ -136,7 +136,7 @@ void Group::accept() {
       touching.push_back(objects_[i]);
     }
   }
-  open_lips(touching);
+  separate_crack_faces(touching);
   if (equilibrium_ != nullptr) {
     std::vector<std::pair<Object*, std::vector<double>>> loads;
     for (Object* object : touching) {
@@ -186,7 +186,7 @@ Report Group::report() const {
     for (const std::size_t i : present()) {
       if (plan_.touches[i]) {
         const Object& object = *objects_[i];
-        surfaces.push_back({object.surface(), object.state().position, object.state().living_triangles()});
+        surfaces.push_back({object.surface(), object.state().position, object.state().active_triangles()});
       }
     }
     const Crossings crossings = surfaces.empty() ? Crossings() : find_crossings(surfaces);

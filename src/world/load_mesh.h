@@ -27,8 +27,8 @@ struct LoadedMesh {
 };
 
 /// Loads the mesh of a run. Either reads or generates it on rank 0, and for the inflating chain splits its faces into
-/// triangles; or reads on each rank its share of a file of `-mesh_only` (mesh_file_name), which is checked and in its
-/// place already. Collective.
+/// triangles; or reads on each rank its fraction of a file of `-mesh_only` (mesh_file_name), which is checked and in
+/// its place already. Collective.
 /// @throws Error, on all ranks; with `-mesh_only` no mesh is refused because the chain cannot be built on it
 LoadedMesh load_mesh(MPI_Comm comm, const Options& options);
 

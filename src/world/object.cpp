@@ -80,7 +80,7 @@ Object::Object(std::string name, Options options, MPI_Comm comm, MeshRows rows)
       state_(chain_->initial_state(*surface_)) {
   make_stages();
   start();
-  follow();
+  update_derived();
   refuse_start_in_bodies(*this);
 }
 
@@ -93,7 +93,7 @@ Object::Object(std::string name, Options options, const Hdf5File& checkpoint)
       textures_(checkpoint.comm()),
       state_(read_state(checkpoint, group(), *chain_, *surface_)) {
   make_stages();
-  follow();
+  update_derived();
   find_end();
 }
 
@@ -102,7 +102,7 @@ void Object::add_stage(StageMaker make) {
   if (state_->step == 0) {
     stage.start();
   }
-  stage.follow();
+  stage.update_derived();
   added_.push_back(std::move(make));
 }
 
@@ -127,9 +127,9 @@ void Object::start() {
   }
 }
 
-void Object::follow() {
+void Object::update_derived() {
   for (const std::unique_ptr<Stage>& stage : stages_.all) {
-    stage->follow();
+    stage->update_derived();
   }
 }
 
@@ -171,12 +171,12 @@ void Object::keep() {
 
 void Object::restore() {
   *state_ = *kept_;
-  follow();
+  update_derived();
 }
 
 void Object::accept(double time) {
   state_->time = time;
-  lips_.clear();
+  crack_faces_.clear();
   for (const std::string& line : step_.news) {
     news_.push_back({line});
   }
@@ -193,10 +193,10 @@ void Object::accept(double time) {
   }
   if (stages_.gas != nullptr) {  // The walls of chambers keep all elements.
     divide();
-  } else if (lips_.empty()) {  // Faces of cracks are to be moved apart before, with their present numbers.
+  } else if (crack_faces_.empty()) {  // Faces of cracks are to be moved apart before, with their present numbers.
     const PetscInt before = surface_->elements.global;
     if (std::optional<MovedSurface> left = chain_->compact(*surface_, *state_); left) {
-      take_over(std::move(*left));
+      transfer(std::move(*left));
       news_.push_back({at_step() + std::to_string(before - surface_->elements.global) + " of " +
                            std::to_string(before) + " cells are gone; " + partition_line(*surface_),
                        true});
@@ -215,38 +215,38 @@ void Object::divide() {
   for (const std::string& line : lines) {
     news_.push_back({line});
   }
-  follow();
+  update_derived();
 }
 
 /// Splits the vertices at which cracks have separated the surface.
 void Object::split() {
-  const SplitCorners corners = find_split_corners(*surface_, state_->burning->living);
+  const SplitCorners corners = find_split_corners(*surface_, state_->burning->active);
   if (corners.count > 0) {
     const auto [particles, copies, elements] = packed(*state_, *surface_, corners);
-    lips_ = find_lips(*surface_, corners);
-    take_over(chain_->split(*surface_, corners, particles, copies, elements));
-    update_pieces(state_->burning->pieces, *surface_, state_->burning->living, state_->time);
+    crack_faces_ = find_crack_faces(*surface_, corners);
+    transfer(chain_->split(*surface_, corners, particles, copies, elements));
+    update_pieces(state_->burning->pieces, *surface_, state_->burning->active, state_->time);
   }
 }
 
 void Object::spread(const std::vector<double>& load) {
   if (std::optional<MovedSurface> moved = chain_->spread(*surface_, *state_, load); moved) {
-    take_over(std::move(*moved));
+    transfer(std::move(*moved));
     news_.push_back({at_step() + partition_line(*surface_), true});
   }
 }
 
 /// Continues with a surface that was made from the present one, and the data that came with its items.
-void Object::take_over(MovedSurface moved) {
+void Object::transfer(MovedSurface moved) {
   std::unique_ptr<State> state = chain_->make_state(*moved.surface, static_cast<int>(state_->pressure.size()));
-  pellicle::take_over(*state, *state_, moved.particles, moved.elements);
+  pellicle::transfer(*state, *state_, moved.particles, moved.elements);
   stages_ = {};
   kept_.reset();
   whole_.reset();
   state_ = std::move(state);
   surface_ = std::move(moved.surface);
   make_stages();
-  follow();
+  update_derived();
   ++replaced_;
 }
 

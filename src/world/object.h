@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/stage_clock.h"
-#include "contact/lips.h"
+#include "contact/crack_faces.h"
 #include "equilibrium/equilibrium.h"
 #include "io/frame_writer.h"
 #include "state/hdf5_file.h"
@@ -87,7 +87,7 @@ class Object {
   /// much more to do with it on one of them than on others. @param load see SurfaceContact::load
   void spread(const std::vector<double>& load);
   /// Faces of the cracks that separated the surface when the last step was accepted. Not collective.
-  const std::vector<Lip>& fresh_lips() const { return lips_; }
+  const std::vector<CrackFace>& fresh_crack_faces() const { return crack_faces_; }
   /// To be called when positions have changed at the start of a run.
   void start();
 
@@ -116,10 +116,10 @@ class Object {
  private:
   std::string group() const { return "objects/" + (name_.empty() ? chain_->group() : name_); }
   void make_stages();
-  void follow();
+  void update_derived();
   void split();
   void divide();
-  void take_over(MovedSurface moved);
+  void transfer(MovedSurface moved);
   void find_end();
   bool can_crack() const { return state_->burning && cracks_of(options_).strength.has_value(); }
   std::string at_step() const { return "step " + std::to_string(state_->step) + ": "; }
@@ -138,8 +138,8 @@ class Object {
   std::optional<Drawing> whole_;       ///< of all of the surface
   Step step_;                          ///< the last one, or the one in progress
   int replaced_ = 0;
-  std::string ended_;      ///< see `ended`
-  std::vector<Lip> lips_;  ///< see `fresh_lips`
+  std::string ended_;                   ///< see `ended`
+  std::vector<CrackFace> crack_faces_;  ///< see `fresh_crack_faces`
   std::vector<News> news_;
 };
 

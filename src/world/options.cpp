@@ -3,10 +3,10 @@
 #include <algorithm>
 
 #include "base/error.h"
-#include "base/object_tables.h"
-#include "base/options.h"
 #include "base/units.h"
 #include "contact/body_heat.h"
+#include "options/object_tables.h"
+#include "options/options.h"
 
 namespace pellicle {
 inline namespace world {
@@ -15,8 +15,9 @@ void describe(OptionTable& table, TimeOptions& options) {
   table.add("time.step", options.step).unit("s").more_than(0).help("time step h").source("burning paper, Table 2");
   table.add("time.scheme", options.scheme)
       .help(
-          "implicit_euler: of first order, damps vibrations; generalized_alpha, of balloons: of second order, "
-          "conserves energy except that of motions which the step does not resolve; statics: every step ends in "
+          "implicit_euler: of first order, damps vibrations; generalized_alpha, not with dynamics projection: of "
+          "second "
+          "order, conserves energy except that of motions which the step does not resolve; statics: every step ends in "
           "equilibrium, without inertia and damping")
       .source("balloon paper, eq. 18; Chung and Hulbert 1993");
   table.add("time.spectral_radius", options.spectral_radius)
@@ -74,6 +75,17 @@ void describe(OptionTable& table, ForceOptions& options) {
           "otherwise; of a balloon: prism.mass_damping; by the air: force.air_density")
       .source("docs/theory.md: parameters");
   describe(table, options.air);
+}
+
+TimeIntegrator integrator_of(const TimeOptions& time) {
+  switch (time.scheme) {
+    case TimeScheme::generalized_alpha:
+      return TimeIntegrator::generalized_alpha(time.spectral_radius);
+    case TimeScheme::statics:
+      return TimeIntegrator::statics(time.arc_length);
+    default:
+      return time.arc_length ? TimeIntegrator::statics(time.arc_length) : TimeIntegrator();
+  }
 }
 
 SheetOptions shell_options(const Options& options) {
@@ -328,7 +340,8 @@ namespace {
 void describe_exclusions(OptionTable& table, const Options& options) {
   const auto inflates = [&options] { return options.chain == ChainKind::inflate; };
   const auto is_alpha = [&options, inflates] {
-    return inflates() && options.time.scheme == TimeScheme::generalized_alpha;
+    return options.time.scheme == TimeScheme::generalized_alpha &&
+           (inflates() || options.dynamics != Dynamics::projection);
   };
   const auto is_path = [&options, inflates] { return inflates() && options.time.arc_length.has_value(); };
   const auto burns = [&options] { return balloon_burns(options); };
@@ -349,7 +362,7 @@ void describe_exclusions(OptionTable& table, const Options& options) {
   const char* const fire = "a balloon that heats, burns or tears";
   const char* const volume = "chambers.NAME.law: volume";
   exclude(alpha, "prism.inertia: false, without which there are no accelerations", "implicit_euler", is_alpha,
-          [&options] { return !options.prism.inertia; });
+          [&options, inflates] { return inflates() && !options.prism.inertia; });
   exclude(alpha, fire, "implicit_euler", is_alpha, burns);
   exclude(alpha, global, "implicit_euler", is_alpha, keeps_wall_volume);
   exclude(alpha, volume, "implicit_euler", is_alpha, prescribes_volume);
@@ -363,8 +376,9 @@ void describe_exclusions(OptionTable& table, const Options& options) {
           "none", is_path, [&options] { return gas_is_joined(options); });
   const auto is_sheet = [&options] { return options.chain == ChainKind::burn; };
   exclude(
-      alpha, "chain: burn, whose velocities fade within the step", "implicit_euler or statics",
-      [&options] { return options.time.scheme == TimeScheme::generalized_alpha; }, is_sheet);
+      alpha, "dynamics: projection, whose springs have no forces", "implicit_euler",
+      [&options] { return options.time.scheme == TimeScheme::generalized_alpha; },
+      [&options, is_sheet] { return is_sheet() && options.dynamics == Dynamics::projection; });
   exclude(
       path, "chain: burn", "none", [&options] { return options.time.arc_length.has_value(); }, is_sheet);
   exclude(

@@ -42,7 +42,7 @@ struct TimeOptions {
   double end = 1;                                          ///< [s]
   int max_steps = 0;                                       ///< 0: no limit
   int max_retries = 6;                                     ///< how often `step` may be halved after failures
-  double tolerance = 0;            ///< of a step's error, a share of the sheet's size; 0: steps of equal length
+  double tolerance = 0;            ///< of a step's error, a fraction of the sheet's size; 0: steps of equal length
   std::optional<double> max_step;  ///< with a tolerance [s]
 
   /// The shortest step that follows from failures or from a tolerance [s].
@@ -105,7 +105,7 @@ struct Options {
   std::map<std::string, PinOptions> pins;
   OutputOptions output;
   CheckpointOptions checkpoint;
-  std::string replay;      ///< file of a saved system to solve in place of a run (solvers/saved_system.h), or empty
+  std::string replay;      ///< file of a saved system to solve in place of a run (linear/saved_system.h), or empty
   std::string restart;     ///< folder of a run, or file of a checkpoint, from which the run goes on; empty: a new run
   int verify_restart = 0;  ///< number of steps run directly and from a checkpoint, and compared; 0: an ordinary run
 };
@@ -132,6 +132,8 @@ struct ObjectOptions {
   Options options;
   OptionTable table;
 };
+/// The time integrator of walls, and of sheets that are brought into balance.
+TimeIntegrator integrator_of(const TimeOptions& time);
 /// How the mesh of a sheet becomes a shell: the lattice points of a sheet as a material lie in its surface.
 SheetOptions shell_options(const Options& options);
 /// Rate at which the velocities of a sheet fade: `force.damping`, or what follows from the dynamics [1/s].

@@ -74,15 +74,15 @@ ProjectedMotion::ProjectedMotion(const Sheet& sheet, const Options& options, Sta
   }
   if (gas != nullptr) {
     end_ = Field(sheet.particles, 3);
-    pushed_.emplace(gas->chambers(), gas->step(), start_, end_);
-    gas->set_filled(*pushed_);
+    gas_coupling_.emplace(gas->chambers(), gas->step(), start_, end_);
+    gas->set_filled(*gas_coupling_);
   }
 }
 
 StageResult ProjectedMotion::begin_balance(Step& step) {
-  if (pushed_) {
-    pushed_->begin_step(state_.time + step.h, step.h);
-    push_.emplace(*pushed_, sheet_, state_.position, mass_, held_, step.h);
+  if (gas_coupling_) {
+    gas_coupling_->begin_step(state_.time + step.h, step.h);
+    impulse_.emplace(*gas_coupling_, sheet_, state_.position, mass_, constrained_, step.h);
     free_position_ = state_.position.values();
     free_velocity_ = state_.velocity.values();
   }
@@ -106,7 +106,7 @@ StageResult ProjectedMotion::begin_balance(Step& step) {
 }
 
 /// Whether the sheet cannot be projected before the balance of the objects that its gas is linked to.
-bool ProjectedMotion::waits_for_gas() const { return push_ && !push_->has_settled() && !pushed_->is_alone(); }
+bool ProjectedMotion::waits_for_gas() const { return impulse_ && !impulse_->is_fixed() && !gas_coupling_->is_alone(); }
 
 /// Lets contact move the sheet from these positions. In a shorter step it presses harder, as the projection does, which
 /// moves the sheet as far as in a longer one. Collective.
@@ -116,13 +116,13 @@ void ProjectedMotion::begin_masses(const Field& positions) {
   if (body_contact_ != nullptr) {
     body_contact_->set_stiffness(stiffness_);
   }
-  begin_bodies(h_);
-  masses_->begin(positions, {mass_, held_, start_, h_});
+  begin_bodies(1);
+  masses_->begin(positions, {mass_, constrained_, start_, h_});
 }
 
 void ProjectedMotion::choose_pressures() {
-  if (push_ && !push_->has_settled()) {
-    push_->choose_pressures();
+  if (impulse_ && !impulse_->is_fixed()) {
+    impulse_->choose_pressures();
   }
 }
 
@@ -137,13 +137,13 @@ StageResult ProjectedMotion::move(bool& is_done) {
     begin_masses(state_.position);
     return result;
   }
-  if (push_) {  // Contact has moved the sheet since it was projected.
+  if (impulse_) {  // Contact has moved the sheet since it was projected.
     end_.values() = masses_->position().values();
-    is_done = !push_->settle(end_) || pushed_->is_alone();
+    is_done = !impulse_->fix(end_) || gas_coupling_->is_alone();
   }
   if (const std::optional<double> limit = options_.project.strain_limit; limit) {
     state_.position.values() = masses_->position().values();
-    if (net_strain().largest > *limit && projections_ < options_.project.strain_steps) {
+    if (weave_strain().largest > *limit && projections_ < options_.project.strain_steps) {
       ++projections_;
       const int iterations = moved_.iterations;
       moved_ = project_springs();
@@ -160,24 +160,24 @@ StageResult ProjectedMotion::move(bool& is_done) {
 /// One try, with the pressures that have been chosen.
 StageResult ProjectedMotion::project(bool& is_done) {
   is_done = true;
-  if (push_ && push_->has_settled()) {
+  if (impulse_ && impulse_->is_fixed()) {
     return {};
   }
   const int iterations = moved_.iterations;
-  if (push_) {
-    state_.pressure = push_->pressure();
-    state_.velocity.values() = free_velocity_ + push_->velocity().values();
-    state_.position.values() = free_position_ + h_ * push_->velocity().values();
+  if (impulse_) {
+    state_.pressure = impulse_->pressure();
+    state_.velocity.values() = free_velocity_ + impulse_->velocity().values();
+    state_.position.values() = free_position_ + h_ * impulse_->velocity().values();
     unconstrained_ = state_.position.values();
   }
   moved_ = project_springs();
   const StageResult result = moved_;
   moved_.iterations += iterations;
-  if (push_ && moved_.converged) {
+  if (impulse_ && moved_.converged) {
     end_.values() = state_.position.values();
     // It has no stiffness that would answer a pressure in proportion: what it is joined to takes it where it is.
-    push_->settle(state_.position);
-    is_done = pushed_->is_alone();
+    impulse_->fix(state_.position);
+    is_done = gas_coupling_->is_alone();
   }
   return result;
 }
@@ -186,13 +186,13 @@ StageResult ProjectedMotion::project(bool& is_done) {
 StageResult ProjectedMotion::project_springs() {
   const auto timer = clock_.time("projection");  // eq. 12
   const ContactStep contact = contact_step();
-  bodies_.begin_step(contact, state_.living_triangles());
+  bodies_.begin_step(contact, state_.active_triangles());
   const auto correct = [&](Field& positions) { bodies_.correct_positions(positions, contact); };
   const auto finish = [&](Field& positions) { return bodies_.correct_triangles(positions, contact); };
   const ProjectionInput input{state_.target_length,
                               mass_,
-                              held_,
-                              state_.burning->living,
+                              constrained_,
+                              state_.burning->active,
                               std::cref(correct),
                               std::cref(finish),
                               spring_stress_ || pins_move_ ? &force_ : nullptr};
@@ -202,7 +202,7 @@ StageResult ProjectedMotion::project_springs() {
   }
   contacts_ = bodies_.contacts();
   if (!bodies_.empty()) {  // They have moved what was projected.
-    result.error = constraint_errors(sheet_, state_.position, state_.target_length, state_.burning->living).total;
+    result.error = constraint_errors(sheet_, state_.position, state_.target_length, state_.burning->active).total;
   }
   return result;
 }
@@ -215,9 +215,9 @@ StageResult ProjectedMotion::find_positions(Step& step) {
   if (masses_ == nullptr) {
     return moved_;
   }
-  if (push_) {
+  if (impulse_) {
     end_.values() = masses_->position().values();
-    push_->settle(end_);
+    impulse_->fix(end_);
   }
   return take_positions(*masses_, step);
 }
@@ -225,7 +225,7 @@ StageResult ProjectedMotion::find_positions(Step& step) {
 Eigen::Matrix3Xd ProjectedMotion::gas_forces() {
   Eigen::Matrix3Xd forces(3, sheet_.particles.owned);
   for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
-    forces.col(i) = mass_[i] / h_ * push_->velocity().vector(i);
+    forces.col(i) = mass_[i] / h_ * impulse_->velocity().vector(i);
   }
   return forces;
 }

@@ -8,7 +8,7 @@
 #include "contact/body_correction.h"
 #include "elastic/mass_part.h"
 #include "projection/successive_projection.h"
-#include "world/gas_push.h"
+#include "world/pressure_impulse.h"
 #include "world/sheet_motion.h"
 #include "world/textures.h"
 
@@ -24,14 +24,14 @@ class ProjectedMotion : public SheetMotion {
                   GasStage* gas);
 
   StepPart* part() override { return masses_.get(); }
-  GasFilled* gas() override { return pushed_ ? &*pushed_ : nullptr; }
+  GasFilled* gas() override { return gas_coupling_ ? &*gas_coupling_ : nullptr; }
   void choose_pressures() override;
   StageResult move(bool& is_done) override;
   std::string start_fault() const override {
     return body_contact_ != nullptr ? body_contact_->start_fault() : bodies_.start_fault();
   }
   const std::vector<Eigen::Matrix3d>& stress() override {
-    return spring_stress_->find(state_.burning->living, force_, state_.position);
+    return spring_stress_->find(state_.burning->active, force_, state_.position);
   }
   const std::vector<Body>& bodies() const override {
     return body_contact_ != nullptr ? body_contact_->bodies() : bodies_.bodies();
@@ -51,14 +51,14 @@ class ProjectedMotion : public SheetMotion {
   StageResult project_springs();
   void begin_masses(const Field& positions);
   ContactStep contact_step() const {
-    return {sheet_.particles, start_, held_, state_.time + h_, h_, mass_, &start_velocity_};
+    return {sheet_.particles, start_, constrained_, state_.time + h_, h_, mass_, &start_velocity_};
   }
 
   BodyCorrection bodies_;  ///< none if the forces of bodies are brought into balance
   SuccessiveProjection projection_;
   std::unique_ptr<MassPart> masses_;          ///< null: the sheet touches nothing
-  std::optional<PushedGas> pushed_;           ///< if the sheet has chambers
-  std::optional<GasPush> push_;               ///< of the gas in the step in progress
+  std::optional<GasCoupling> gas_coupling_;   ///< if the sheet has chambers
+  std::optional<PressureImpulse> impulse_;    ///< of the gas in the step in progress
   std::array<std::vector<double>, 4> force_;  ///< of the owned springs in the last step, if anything asks for it [N]
   StageResult moved_;                         ///< of all projections of the step, with ||C|| at the end [m]
   int projections_ = 0;                       ///< so often has the sheet been projected again in the step, see move

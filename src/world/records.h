@@ -7,7 +7,7 @@ inline namespace world {
 
 // Numbers in a state that only remarks at the end of a run need.
 
-/// The largest strain of the net of a sheet in any step so far.
+/// The largest strain of the weave of a sheet in any step so far.
 struct StrainRecord {
   double strain = -1;                               ///< -1: there has been no step
   Eigen::Vector3d place = Eigen::Vector3d::Zero();  ///< [m]

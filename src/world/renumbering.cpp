@@ -15,18 +15,18 @@ SplitRecords packed(const FieldRegistry& state, const Surface& surface, const Sp
   SplitRecords records{
       packed(state, Item::particle, surface.particles.owned), {}, packed(state, Item::cell, surface.elements.owned)};
   for (PetscInt i = 0; i < surface.particles.owned; ++i) {
-    state.pack(Item::particle, i, records.particles.at(i), corners.share[i]);
+    state.pack(Item::particle, i, records.particles.at(i), corners.fraction[i]);
   }
   records.copies = Records(records.particles.bytes(), static_cast<PetscInt>(corners.copies.size()));
   for (PetscInt k = 0; k < records.copies.count(); ++k) {
     const SplitCorners::Copy& copy = corners.copies[k];
-    state.pack(Item::particle, copy.original, records.copies.at(k), copy.share);
+    state.pack(Item::particle, copy.original, records.copies.at(k), copy.fraction);
   }
   return records;
 }
 
-void take_over(FieldRegistry& state, const FieldRegistry& old, const Records& particles, const Records& cells) {
-  state.take_over(old);
+void transfer(FieldRegistry& state, const FieldRegistry& old, const Records& particles, const Records& cells) {
+  state.transfer(old);
   for (PetscInt i = 0; i < particles.count(); ++i) {
     state.unpack(Item::particle, i, particles.at(i));
   }

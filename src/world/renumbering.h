@@ -22,7 +22,7 @@ SplitRecords packed(const FieldRegistry& state, const Surface& surface, const Sp
 
 /// Reads the records of the local items into the state of the new surface, and copies what the object has once from the
 /// old state. Collective.
-void take_over(FieldRegistry& state, const FieldRegistry& old, const Records& particles, const Records& cells);
+void transfer(FieldRegistry& state, const FieldRegistry& old, const Records& particles, const Records& cells);
 
 }  // namespace world
 }  // namespace pellicle

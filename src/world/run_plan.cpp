@@ -62,7 +62,7 @@ NewtonOptions newton_of(const Options& options) {
 /// @throws Error when the forces on linked objects are in balance at different times in a step
 void require_same_moment(const NamedOptions& first, const NamedOptions& other) {
   const auto radius = [](const Options& options) {  // of generalized alpha
-    const bool is_alpha = options.chain == ChainKind::inflate && options.time.scheme == TimeScheme::generalized_alpha;
+    const bool is_alpha = options.time.scheme == TimeScheme::generalized_alpha;
     return is_alpha ? std::optional(options.time.spectral_radius) : std::nullopt;
   };
   const auto words = [&](const NamedOptions& object) {

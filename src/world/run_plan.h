@@ -7,7 +7,7 @@
 
 #include "base/error.h"
 #include "contact/contact_options.h"
-#include "solvers/newton_options.h"
+#include "energies/newton_options.h"
 #include "world/options.h"
 
 namespace pellicle {

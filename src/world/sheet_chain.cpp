@@ -79,7 +79,7 @@ MovedSurface SheetChain::split(const Surface& surface, const SplitCorners& corne
 }
 
 std::optional<MovedSurface> SheetChain::compact(const Surface& surface, const State& state) const {
-  std::vector<bool> kept = empty_cells(sheet_of(surface), state.burning->living);
+  std::vector<bool> kept = empty_cells(sheet_of(surface), state.burning->active);
   kept.flip();
   const auto left = sum_over_ranks(surface.comm(), static_cast<PetscInt>(std::count(kept.begin(), kept.end(), true)));
   const PetscInt before = surface.elements.global;
@@ -111,6 +111,9 @@ std::unique_ptr<State> SheetChain::make_state(const Surface& surface, int chambe
   state->add_burning(surface);
   state->add_springs(surface);
   state->add_chambers(chambers);
+  if (options_.time.scheme == TimeScheme::generalized_alpha) {
+    state->add_acceleration();
+  }
   if (gas_is_joined(options_)) {
     state->add_gas(chambers, static_cast<int>(options_.gas.links.size()));
   }
@@ -135,7 +138,9 @@ Stages SheetChain::make_stages(const Surface& surface, State& state, StageClock&
   Stages stages;
   std::unique_ptr<GasStage> gas;
   if (!options_.chambers.empty()) {
-    gas = std::make_unique<GasStage>(surface, options_, state);
+    const bool is_projected = options_.dynamics == Dynamics::projection;
+    gas = std::make_unique<GasStage>(surface, options_, state,
+                                     is_projected ? TimeIntegrator() : integrator_of(options_.time));
   }
   std::unique_ptr<SheetMotion> motion =
       make_sheet_motion(sheet_of(surface), options_, state, clock, textures, gas.get());

@@ -40,14 +40,14 @@ std::vector<double> strains(const SpringSet& springs, const State& state, Colour
   std::vector<double> result(springs.ends.size());
   for (std::size_t s = 0; s < springs.ends.size(); ++s) {
     const auto& [a, b] = springs.ends[s];
-    if (state.burning->living.springs[index][s]) {
+    if (state.burning->active.springs[index][s]) {
       result[s] = (state.position.vector(a) - state.position.vector(b)).norm() / state.target_length[index][s] - 1;
     }
   }
   return result;
 }
 
-/// Root mean square strain over the living springs of each local particle. Collective.
+/// Root mean square strain over the active springs of each local particle. Collective.
 std::vector<double> strains_of_particles(const Sheet& sheet, const State& state) {
   Field sum(sheet.particles, 2);  // of squared strains, and how many
   for (const Colour colour : all_colours) {
@@ -55,7 +55,7 @@ std::vector<double> strains_of_particles(const Sheet& sheet, const State& state)
       continue;
     }
     const std::vector<double> strain = strains(sheet.of(colour), state, colour);
-    const std::vector<bool>& lives = state.burning->living.springs[static_cast<std::size_t>(colour)];
+    const std::vector<bool>& lives = state.burning->active.springs[static_cast<std::size_t>(colour)];
     for (PetscInt s = 0; s < sheet.of(colour).owned(); ++s) {
       for (const PetscInt end : sheet.of(colour).ends[s]) {
         if (lives[s]) {
@@ -94,7 +94,7 @@ void draw_springs(Picture& picture, const Sheet& sheet, const State& state, doub
   for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
     mass_ratio.push_back(state.burning->mass.data()[i] / sheet.initial_mass[i]);
   }
-  picture.draw_springs(drawing_of_springs(sheet, state.burning->living));
+  picture.draw_springs(drawing_of_springs(sheet, state.burning->active));
   const auto numbers = [](const Field& field) {
     return std::vector<double>(field.data(), field.data() + field.values().size());
   };
@@ -123,7 +123,7 @@ SheetMotion::SheetMotion(const Sheet& sheet, const Options& options, State& stat
       stiffness_(options.contact.stiffness.value_or(contact_stiffness)),
       start_(sheet.particles, 3),
       start_velocity_(sheet.particles, 3),
-      held_(pins_.pinned()),
+      constrained_(pins_.pinned()),
       mass_(sheet.initial_mass),
       size_(options.time.tolerance > 0 ? size_of(sheet) : 0) {
   if (balances_bodies(options) && !options.bodies.empty()) {
@@ -137,7 +137,7 @@ SheetMotion::SheetMotion(const Sheet& sheet, const Options& options, State& stat
   }
 }
 
-void SheetMotion::follow() { set_lengths(); }
+void SheetMotion::update_derived() { set_lengths(); }
 
 void SheetMotion::set_lengths() {
   set_volume_ratios(volume_ratio_, sheet_, state_.burning->mass, options_.combustion);
@@ -146,28 +146,28 @@ void SheetMotion::set_lengths() {
 
 StageResult SheetMotion::begin(Step& step) {
   h_ = step.h;
-  move_freely();
-  push_by_weights_of_gas();
-  unconstrained_ = state_.position.values();
-  return begin_balance(step);
-}
-
-/// To where velocities lead without springs, bodies and gas (eq. 8 and 9). Collective.
-void SheetMotion::move_freely() {
-  Field::Values x = state_.position.values();
-  Field::Values v = state_.velocity.values();
   const Field& mass = state_.burning->mass;
-  start_.values() = x;
-  start_velocity_.values() = v;
-  held_ = pins_.pinned();
+  start_.values() = state_.position.values();
+  start_velocity_.values() = state_.velocity.values();
+  constrained_ = pins_.pinned();
   if (sheet_.layers == 1) {
     mass_ = corner_masses(sheet_, mass);
   } else {
     mass_.assign(mass.data(), mass.data() + sheet_.particles.local());
   }
+  for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
+    constrained_[i] = constrained_[i] || mass_[i] == 0;
+  }
+  move_freely();
+  return begin_balance(step);
+}
+
+void SheetMotion::move_freely() {
+  Field::Values x = state_.position.values();
+  Field::Values v = state_.velocity.values();
   const auto timer = clock_.time("external force");
   if (air_) {
-    air_->begin_step({state_.position, state_.velocity, mass_, state_.living_triangles(), state_.time + h_});
+    air_->begin_step({state_.position, state_.velocity, mass_, state_.active_triangles(), state_.time + h_});
   }
   // The exact step of m dv/dt = F - c m v by a constant force F: v e^{-ch} + h F phi/m, phi = (1 - e^{-ch})/(c h).
   // With the mass m/phi in place of m every force of the step does so; a sheet at rest bears all of its weight.
@@ -183,7 +183,6 @@ void SheetMotion::move_freely() {
   }
   for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
     if (mass_[i] == 0) {
-      held_[i] = true;
       v.col(i).setZero();
     }
   }
@@ -195,6 +194,8 @@ void SheetMotion::move_freely() {
   if (sheet_.layers == 1 && gas_ != nullptr) {
     follow_corners(sheet_, state_.position);
   }
+  push_by_weights_of_gas();
+  unconstrained_ = state_.position.values();
 }
 
 /// Pushes the sheet by the weights of gas and air and by jets (Chambers::uneven_forces). Collective.
@@ -214,7 +215,7 @@ void SheetMotion::push_by_weights_of_gas() {
   }
   uneven_ = force.values().leftCols(sheet_.particles.owned);
   for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
-    if (!held_[i]) {
+    if (!constrained_[i]) {
       const Eigen::Vector3d push = h_ / mass_[i] * force.vector(i);
       state_.velocity.vector(i) += push;
       state_.position.vector(i) += h_ * push;
@@ -225,11 +226,10 @@ void SheetMotion::push_by_weights_of_gas() {
   }
 }
 
-/// What bodies may press on in the step to come. Collective.
-void SheetMotion::begin_bodies(double h) {
+void SheetMotion::begin_bodies(double fraction) {
   if (body_contact_ != nullptr) {
-    body_contact_->set_surface(held_, state_.living_triangles());
-    body_contact_->begin_step(start_, state_.time + h, h);
+    body_contact_->set_surface(constrained_, state_.active_triangles());
+    body_contact_->begin_step(start_, state_.time + fraction * h_, fraction * h_);
   }
 }
 
@@ -250,12 +250,12 @@ StageResult SheetMotion::take_positions(const StepPart& part, Step& step) {
     }
   }
   if (const std::optional<double> limit = options_.project.strain_limit; limit && result.reason.empty()) {
-    const NetStrain strain = net_strain();
+    const WeaveStrain strain = weave_strain();
     result.reason = strain.largest <= *limit ? "" : beyond_limit(strain, *limit) + ": where all forces are in balance";
   }
   result.converged = result.reason.empty();
   step.constraint_error =
-      constraint_errors(sheet_, state_.position, state_.target_length, state_.burning->living).total;
+      constraint_errors(sheet_, state_.position, state_.target_length, state_.burning->active).total;
   return result;
 }
 
@@ -263,6 +263,7 @@ StageResult SheetMotion::take_balance(Step& step) {
   const StageResult result = find_positions(step);
   if (result.converged) {
     add_work();
+    move_to_end();
   }
   return result;
 }
@@ -282,7 +283,7 @@ void SheetMotion::add_work() {
   Eigen::Matrix3Xd& forces = work_.forces;
   Eigen::Matrix3Xd& all = work_.all;
   Eigen::VectorXd& works = work_.works;
-  moved = (state_.position.values() - start_.values()).leftCols(owned);
+  moved = (state_.position.values() - start_.values()).leftCols(owned) / fraction_of_balance();
   all.setZero(3, owned);
   works.setZero(kinds_of_work);
   const auto add = [&](Work kind, const Eigen::Matrix3Xd& added) {
@@ -302,13 +303,18 @@ void SheetMotion::add_work() {
     add(Work::damping, by_particle([&](PetscInt i) -> Eigen::Vector3d {
           const Eigen::Vector3d after = moved.col(i) / h_;
           const Eigen::Vector3d before = start_velocity_.vector(i);
-          const double m = held_[i] ? 0 : mass(i) / h_;
+          const double m = constrained_[i] ? 0 : mass(i) / h_;
           return m * (after - before - (after - std::exp(-fading_) * before) / phi);
+        }));
+  }
+  if (damping_ > 0) {
+    add(Work::damping, by_particle([&](PetscInt i) -> Eigen::Vector3d {
+          return (constrained_[i] ? 0 : -damping_ * mass_[i]) * velocity_of_balance(i);
         }));
   }
   if (air_) {
     add(Work::air, by_particle([&](PetscInt i) -> Eigen::Vector3d {
-          const Eigen::Vector3d velocity = is_static() ? Eigen::Vector3d(0, 0, 0) : Eigen::Vector3d(moved.col(i) / h_);
+          const Eigen::Vector3d velocity = velocity_of_balance(i);
           return mass(i) > 0 ? Eigen::Vector3d(air_->push(i) - air_->resistance(i) * velocity)
                              : Eigen::Vector3d::Zero();
         }));
@@ -350,7 +356,13 @@ StageResult SheetMotion::end(Step& step) {
   return result;
 }
 
-/// From where the sheet is (eq. 13 and 15), and what bodies have felt. Collective.
+Eigen::Vector3d SheetMotion::velocity_of_balance(PetscInt i) const {
+  if (is_static()) {
+    return Eigen::Vector3d::Zero();
+  }
+  return (state_.position.vector(i) - start_.vector(i)) / h_;
+}
+
 void SheetMotion::find_velocities(Step& step) {
   const auto timer = clock_.time("velocity");
   const Field::Values x = state_.position.values();
@@ -362,12 +374,20 @@ void SheetMotion::find_velocities(Step& step) {
   }
   v += (x - unconstrained_) / h_;
   for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
-    if (held_[i]) {
+    if (constrained_[i]) {
       v.col(i) = (x.col(i) - start_.values().col(i)) / h_;
     }
   }
   if (options_.time.tolerance > 0) {
-    step.error = error();
+    double error = 0;
+    for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
+      if (!constrained_[i]) {
+        const Kinematics before{start_velocity_.vector(i), Eigen::Vector3d::Zero()};
+        const Kinematics after{state_.velocity.vector(i), Eigen::Vector3d::Zero()};
+        error = std::max(error, TimeIntegrator().error(h_, before, after));
+      }
+    }
+    step.error = max_over_ranks(sheet_.comm(), error) / size_;
   }
   leave_bodies(step);
   if (sheet_.layers == 1) {
@@ -397,22 +417,10 @@ double SheetMotion::kinetic_energy() const {
   return sum_over_ranks(sheet_.comm(), sum);
 }
 
-/// Estimated error of the step as a share of the sheet's size: the largest TimeIntegrator::error, by implicit Euler, of
-/// the particles that nothing holds. Collective.
-double SheetMotion::error() const {
-  double error = 0;
-  for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
-    if (!held_[i] && mass_[i] > 0) {
-      const Kinematics before{start_velocity_.vector(i), Eigen::Vector3d::Zero()};
-      const Kinematics after{state_.velocity.vector(i), Eigen::Vector3d::Zero()};
-      error = std::max(error, TimeIntegrator().error(h_, before, after));
-    }
-  }
-  return max_over_ranks(sheet_.comm(), error) / size_;
-}
-
-NetStrain SheetMotion::net_strain() const {
-  return surface::net_strain(sheet_, state_.position, state_.target_length, state_.burning->living);
+/// Estimated error of the step as a fraction of the sheet's size: the largest TimeIntegrator::error, by implicit Euler,
+/// of the particles that nothing holds. Collective.
+WeaveStrain SheetMotion::weave_strain() const {
+  return surface::weave_strain(sheet_, state_.position, state_.target_length, state_.burning->active);
 }
 
 std::string SheetMotion::progress(const Step& step) const { return fmt::format("|C| {:.3e} m", step.constraint_error); }
@@ -427,7 +435,7 @@ void SheetMotion::report(Report& report, const Step& step) const {
 
 void SheetMotion::draw(Picture& picture) const {
   picture.add_on_particles("strain", strains_of_particles(sheet_, state_));
-  const DrawnShares shares(sheet_, state_.burning->living, *picture.drawn(), state_.position);
+  const DrawnShares shares(sheet_, state_.burning->active, *picture.drawn(), state_.position);
   Field heat(sheet_.particles, 1);
   heat.values() =
       options_.heat.capacity * state_.burning->mass.values().cwiseProduct(state_.burning->temperature.values());
@@ -439,7 +447,7 @@ void SheetMotion::draw(Picture& picture) const {
 }
 
 StageResult StrainStage::end(Step& step) {
-  step.strain = motion_.net_strain();
+  step.strain = motion_.weave_strain();
   if (step.strain->largest > StrainRecord(state_.record).strain) {
     StrainRecord record;
     record.strain = step.strain->largest;
@@ -451,7 +459,7 @@ StageResult StrainStage::end(Step& step) {
 }
 
 void StrainStage::report(Report& report, const Step& step) const {
-  const NetStrain net = step.strain ? *step.strain : motion_.net_strain();
+  const WeaveStrain net = step.strain ? *step.strain : motion_.weave_strain();
   for (std::size_t colour = 0; colour < 4; ++colour) {
     report.add(std::string("strain_max_") + colour_names[colour], "", net.largest_of[colour]);
     report.add(std::string("strain_rms_") + colour_names[colour], "", net.rms_of[colour]);

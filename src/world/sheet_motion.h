@@ -11,8 +11,8 @@
 #include "base/stage_clock.h"
 #include "constraints/pins.h"
 #include "contact/body_contact.h"
-#include "surface/net_strain.h"
 #include "surface/sheet.h"
+#include "surface/weave_strain.h"
 #include "world/gas_stage.h"
 #include "world/options.h"
 #include "world/stage.h"
@@ -26,7 +26,7 @@ inline namespace world {
 /// burnt.
 class SheetMotion : public MotionStage {
  public:
-  void follow() override;
+  void update_derived() override;
   StageResult begin(Step& step) override;
   StageResult take_balance(Step& step) override;
   StageResult end(Step& step) override;
@@ -36,14 +36,14 @@ class SheetMotion : public MotionStage {
   /// Sets the target lengths from what has burnt (burning paper, eq. 5 and 6). Not collective.
   virtual void set_lengths();
   /// Strains of the sheet as it is now. Collective.
-  virtual NetStrain net_strain() const;
+  virtual WeaveStrain weave_strain() const;
   std::string stage() const override { return "projection"; }
   const double* mass() const override { return state_.burning->mass.data(); }
   const std::vector<bool>& pinned() const override { return pins_.pinned(); }
   std::string progress(const Step& step) const override;
   ContactSurface::Part contact_part() const override { return {&sheet_, options_.contact.thickness, stiffness_}; }
-  const std::vector<bool>* living() const override { return state_.living_triangles(); }
-  std::vector<bool> held() const override { return held_; }
+  const std::vector<bool>* active() const override { return state_.active_triangles(); }
+  std::vector<bool> constrained() const override { return constrained_; }
 
  protected:
   /// @param contact_stiffness of contact in steps of the deck's length, unless the deck has one [Pa/m]
@@ -68,8 +68,20 @@ class SheetMotion : public MotionStage {
   /// Whether each step ends at rest.
   virtual bool is_static() const { return false; }
 
+  /// To where velocities lead without springs, bodies and gas (burning paper, eq. 8 and 9).
+  virtual void move_freely();
+  /// The fraction of the step at which forces are in balance.
+  virtual double fraction_of_balance() const { return 1; }
+  /// Velocity of an owned particle where forces are in balance [m/s]. Not collective.
+  virtual Eigen::Vector3d velocity_of_balance(PetscInt i) const;
+  /// Moves the sheet from where forces are in balance to the end of the step.
+  virtual void move_to_end() {}
+  /// Velocities from the positions at the end of the step (eq. 13 and 15), and what bodies have felt.
+  virtual void find_velocities(Step& step);
+
   double kinetic_energy() const;
-  void begin_bodies(double h);
+  /// Begins the step of bodies whose pressing is balanced. @param fraction of the step at which forces are in balance
+  void begin_bodies(double fraction);
   StageResult take_positions(const StepPart& part, Step& step);
   /// Forces of a potential on the owned particles, kept until the next call [N].
   const Eigen::Matrix3Xd& forces_of(const Potential& potential);
@@ -91,21 +103,19 @@ class SheetMotion : public MotionStage {
   Field start_;                       ///< positions at the beginning [m]
   Field start_velocity_;              ///< [m/s]
   Eigen::Matrix3Xd unconstrained_;    ///< positions without springs and bodies [m]
-  std::vector<bool> held_;            ///< those that are pinned or have left
+  std::vector<bool> constrained_;     ///< those that are pinned or have left
   std::vector<double> mass_;          ///< inertia, with damping: see move_freely [kg]
   std::vector<double> volume_ratio_;  ///< see set_volume_ratios
   double fading_ = 0;                 ///< c h of velocities, see move_freely
+  double damping_ = 0;                ///< c of velocities, where damping is a force [1/s]
+  Eigen::Matrix3Xd uneven_;           ///< forces of the weights of gas and air, and of jets, if there are any [N]
+  double size_;                       ///< square root of the undeformed area, with time.tolerance [m]
   double h_ = 0;                      ///< length of the step [s]
 
  private:
-  void move_freely();
   void push_by_weights_of_gas();
   void add_work();
-  void find_velocities(Step& step);
-  double error() const;
 
-  Eigen::Matrix3Xd uneven_;  ///< forces of the weights of gas and air, and of jets, if there are any [N]
-  double size_;              ///< square root of the undeformed area, with time.tolerance [m]
   /// Arrays over the owned particles that add_work uses. They are kept so that a step allocates nothing.
   struct {
     Eigen::Matrix3Xd moved;   ///< in the step [m]

@@ -2,11 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+#include <functional>
 #include <utility>
 
 #include "combustion/combustion.h"
 #include "elastic/elastic_sheet.h"
-#include "solvers/vertex_potential.h"
+#include "energies/vertex_potential.h"
+#include "parallel/collective.h"
 
 namespace pellicle {
 inline namespace world {
@@ -49,12 +53,15 @@ SpringMotion::SpringMotion(const Sheet& sheet, const Options& options, State& st
 
 SpringMotion::SpringMotion(const Sheet& sheet, const Options& options, State& state, StageClock& clock, GasStage* gas,
                            double contact_stiffness)
-    : SheetMotion(sheet, options, state, clock, gas, contact_stiffness) {
+    : SheetMotion(sheet, options, state, clock, gas, contact_stiffness), integrator_(integrator_of(options.time)) {
   drag_is_balanced_ = true;
+  if (integrator_.is_second_order()) {
+    y_v_ = Field(sheet.particles, 3);
+  }
   if (air_) {
     drag_ = make_drag_potential(
-        sheet.particles, *air_, start_, [this] { return h_ > 0 && !is_static() ? 1 / h_ : 0; },
-        [this](PetscInt i) { return start_.vector(i); });
+        sheet.particles, *air_, start_, [this] { return h_ > 0 ? integrator_.rate(h_) : 0; },
+        [this](PetscInt i) { return (integrator_.is_second_order() ? y_v_ : start_).vector(i); });
   }
   if (is_static()) {
     weight_ = make_vertex_potential(sheet.particles, [this](PetscInt i, const Eigen::Vector3d& x) {
@@ -67,7 +74,11 @@ SpringMotion::SpringMotion(const Sheet& sheet, const Options& options, State& st
 void SpringMotion::set_springs(std::unique_ptr<SpringSheet> springs) {
   springs_ = std::move(springs);
   if (gas_ != nullptr) {
-    filled_.emplace(*springs_, gas_->chambers(), gas_->step(), start_, options_.gas.tangent);
+    std::function<void(Field&)> end;
+    if (integrator_.is_second_order()) {
+      end = [this](Field& position) { write_end(position); };
+    }
+    filled_.emplace(*springs_, gas_->chambers(), gas_->step(), start_, options_.gas.tangent, end);
     gas_->set_filled(*filled_);
   }
 }
@@ -82,15 +93,15 @@ std::vector<Potential*> SpringMotion::others() const {
   return potentials;
 }
 
-void SpringMotion::follow() {
-  SheetMotion::follow();
+void SpringMotion::update_derived() {
+  SheetMotion::update_derived();
   start_.values() = state_.position.values();
   mass_.assign(mass(), mass() + sheet_.particles.local());
   set_stiffness_factors();
   springs_->set_shape(input(options_.time.step));
 }
 
-/// Char is softer, linearly in the share that has burnt.
+/// Char is softer, linearly in the fraction that has burnt.
 void SpringMotion::set_stiffness_factors() {
   stiffness_factor_.assign(sheet_.particles.local(), 1);
   for (std::size_t i = 0; i < stiffness_factor_.size() && options_.combustion.char_stiffness != 1; ++i) {
@@ -100,11 +111,111 @@ void SpringMotion::set_stiffness_factors() {
 }
 
 SheetInput SpringMotion::input(double h) const {
-  return {{is_static() ? holding_ : mass_, held_, start_, h},
+  const double to_balance = integrator_.fraction() * h;
+  if (integrator_.is_second_order() && pull_ > 0) {
+    return {{mass_, constrained_, start_, to_balance, 1 / std::sqrt(pull_)},
+            state_.target_length,
+            volume_ratio_,
+            stiffness_factor_,
+            state_.burning->active,
+            y_v_,
+            1 / integrator_.rate(h)};
+  }
+  return {{is_static() ? holding_ : mass_, constrained_, start_, to_balance},
           state_.target_length,
           volume_ratio_,
           stiffness_factor_,
-          state_.burning->living};
+          state_.burning->active};
+}
+
+void SpringMotion::move_freely() {
+  if (!integrator_.is_second_order()) {
+    SheetMotion::move_freely();
+    return;
+  }
+  damping_ = velocity_damping(options_);
+  begin_acceleration();
+  const auto timer = clock_.time("external force");
+  const double inertia = integrator_.inertia(h_);
+  const double rate = damping_ * integrator_.rate(h_);
+  const double fraction = integrator_.fraction();
+  const Field* uneven = gas_ != nullptr ? gas_->uneven_forces() : nullptr;
+  pull_ = inertia + rate;
+  pins_.impose(state_.position, state_.time + h_);
+  for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
+    const Eigen::Vector3d start = start_.vector(i);
+    const Kinematics before = motion(i);
+    y_v_.vector(i) = start + integrator_.y_v(h_, before);
+    if (constrained_[i]) {  // What is pinned moves evenly, whatever its velocity was; what has left stays.
+      const Eigen::Vector3d end = state_.position.vector(i);
+      state_.position.vector(i) = start + fraction * (end - start);
+      y_v_.vector(i) = state_.position.vector(i) - (end - start) / (integrator_.rate(h_) * h_);
+      continue;
+    }
+    // Inertia, damping and weight pull together towards this place.
+    Eigen::Vector3d force = options_.force.gravity;
+    if (uneven != nullptr) {
+      force += uneven->vector(i) / mass_[i];
+    }
+    state_.position.vector(i) =
+        start + (inertia * integrator_.y_a(h_, before) + rate * integrator_.y_v(h_, before) + force) / pull_;
+  }
+  if (uneven != nullptr) {
+    uneven_ = uneven->values().leftCols(sheet_.particles.owned);
+  }
+  set_drag(fraction);
+}
+
+/// The accelerations from which the first step goes on. Collective.
+void SpringMotion::begin_acceleration() {
+  if (state_.step > 0) {
+    return;
+  }
+  y_v_.values() = start_.values() - start_velocity_.values() / integrator_.rate(h_);
+  state_.acceleration->values().setZero();
+  set_drag(0);
+  set_volume_ratios(volume_ratio_, sheet_, state_.burning->mass, options_.combustion);
+  set_stiffness_factors();
+  if (body_contact_ != nullptr) {
+    body_contact_->set_surface(constrained_, state_.active_triangles());
+    body_contact_->begin_step(start_, state_.time, h_);
+  }
+  pull_ = integrator_.inertia(h_);
+  springs_->begin(start_, input(h_));
+  springs_->move_to(start_, {});  // Contact may have moved it.
+  Eigen::Matrix3Xd force = -springs_->gradient();
+  if (filled_) {
+    const double of_step = std::exchange(gas_->step().h, 0);
+    force += filled_->forces_at(state_.time);
+    gas_->step().h = of_step;
+  }
+  for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
+    if (!constrained_[i]) {
+      state_.acceleration->vector(i) =
+          force.col(i) / mass_[i] + options_.force.gravity - damping_ * start_velocity_.vector(i);
+      if (gas_ != nullptr && gas_->uneven_forces() != nullptr) {
+        state_.acceleration->vector(i) += gas_->uneven_forces()->vector(i) / mass_[i];
+      }
+    }
+  }
+  state_.acceleration->update_ghosts();
+}
+
+/// The drag of the air in the step to come. Collective. @param fraction of the step at which forces are in balance
+void SpringMotion::set_drag(double fraction) {
+  if (!air_) {
+    return;
+  }
+  Field position(sheet_.particles, 3);
+  Field velocity(sheet_.particles, 3);
+  position.values() = start_.values() + fraction * h_ * start_velocity_.values();
+  velocity.values() = start_velocity_.values() + fraction * h_ * state_.acceleration->values();
+  air_->begin_step({position, velocity, mass_, state_.active_triangles(), state_.time + fraction * h_});
+}
+
+void SpringMotion::write_end(Field& position) const {
+  position.values() = start_.values() + (springs_->position().values() - start_.values()) / integrator_.fraction();
+  pins_.impose(position, state_.time + h_);
 }
 
 StageResult SpringMotion::begin_balance(Step& step) {
@@ -114,20 +225,76 @@ StageResult SpringMotion::begin_balance(Step& step) {
     holding_.assign(mass_.size(), springs_->holding_stiffness() * h_ * h_);
   }
   const auto timer = clock_.time("projection");
-  begin_bodies(step.h);
+  begin_bodies(integrator_.fraction());
   springs_->begin(state_.position, input(step.h));
   if (filled_) {
-    filled_->begin_step(state_.pressure, state_.time + step.h, step.h);
+    filled_->begin_step(state_.pressure, state_.time + step.h, step.h, integrator_.fraction());
   }
   return {};
 }
 
 StageResult SpringMotion::find_positions(Step& step) {
   StageResult result = take_positions(*part(), step);
+  if (integrator_.is_second_order() && body_contact_ != nullptr) {
+    step.loads = body_contact_->loads(state_.position);
+  }
   if (filled_) {
     state_.pressure = filled_->pressures();
   }
   return result;
+}
+
+void SpringMotion::move_to_end() {
+  if (!integrator_.is_second_order()) {
+    return;
+  }
+  write_end(state_.position);
+  for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
+    if (mass_[i] == 0) {  // What has left stays exactly where it was.
+      state_.position.vector(i) = start_.vector(i);
+    }
+  }
+}
+
+Eigen::Vector3d SpringMotion::velocity_of_balance(PetscInt i) const {
+  if (!integrator_.is_second_order()) {
+    return SheetMotion::velocity_of_balance(i);
+  }
+  return integrator_.rate(h_) * (state_.position.vector(i) - y_v_.vector(i));
+}
+
+double SpringMotion::viscous_work() const {
+  const double lasting = integrator_.is_second_order() ? integrator_.rate(h_) * h_ : 1;
+  return lasting * springs_->viscous_work(state_.position);
+}
+
+void SpringMotion::find_velocities(Step& step) {
+  if (!integrator_.is_second_order()) {
+    SheetMotion::find_velocities(step);
+    return;
+  }
+  const auto timer = clock_.time("velocity");
+  double error = 0;
+  for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
+    const Eigen::Vector3d displacement = state_.position.vector(i) - start_.vector(i);
+    const Kinematics before = motion(i);
+    Kinematics after = integrator_.end(h_, displacement, before);
+    if (constrained_[i]) {
+      after = {displacement / h_, Eigen::Vector3d::Zero()};
+    }
+    error = std::max(error, constrained_[i] ? 0 : integrator_.error(h_, before, after));
+    state_.velocity.vector(i) = after.velocity;
+    state_.acceleration->vector(i) = after.acceleration;
+  }
+  if (options_.time.tolerance > 0) {
+    step.error = max_over_ranks(sheet_.comm(), error) / size_;
+  }
+}
+
+void SpringMotion::leave_bodies(Step& step) {
+  if (!integrator_.is_second_order()) {
+    SheetMotion::leave_bodies(step);
+  }
 }
 
 void SpringMotion::add_spring_forces(Eigen::Matrix3Xd& sum) {
@@ -140,13 +307,13 @@ std::string SpringMotion::passed_limit() const {
   if (!options_.project.strain_limit) {
     return "";
   }
-  const NetStrain strain =
-      surface::net_strain(sheet_, springs_->position(), state_.target_length, state_.burning->living);
+  const WeaveStrain strain =
+      surface::weave_strain(sheet_, springs_->position(), state_.target_length, state_.burning->active);
   return strain.largest <= *options_.project.strain_limit ? "" : beyond_limit(strain, *options_.project.strain_limit);
 }
 
 const std::vector<Eigen::Matrix3d>& SpringMotion::stress() {
-  return spring_stress_->find(state_.burning->living, springs_->spring_forces(state_.position), state_.position);
+  return spring_stress_->find(state_.burning->active, springs_->spring_forces(state_.position), state_.position);
 }
 
 const std::vector<Body>& SpringMotion::bodies() const {
@@ -181,7 +348,7 @@ ElasticMotion::ElasticMotion(const Sheet& sheet, const Options& options, State& 
 
 void ElasticMotion::set_lengths() {
   set_volume_ratios(volume_ratio_, sheet_, state_.burning->mass, options_.combustion);
-  set_surface_lengths(state_.target_length, sheet_, state_.burning->living, volume_ratio_);
+  set_surface_lengths(state_.target_length, sheet_, state_.burning->active, volume_ratio_);
 }
 
 StageResult ElasticMotion::begin_balance(Step& step) {
@@ -191,9 +358,9 @@ StageResult ElasticMotion::begin_balance(Step& step) {
   return SpringMotion::begin_balance(step);
 }
 
-NetStrain ElasticMotion::net_strain() const {
-  return surface::net_strain(sheet_, state_.position, state_.target_length, state_.burning->living,
-                             springs_->bearing_springs(state_.burning->living));
+WeaveStrain ElasticMotion::weave_strain() const {
+  return surface::weave_strain(sheet_, state_.position, state_.target_length, state_.burning->active,
+                               springs_->bearing_springs(state_.burning->active));
 }
 
 std::vector<std::string> ElasticMotion::first_remarks() const {

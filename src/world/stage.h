@@ -13,7 +13,7 @@
 #include "io/frame_writer.h"
 #include "io/history.h"
 #include "projection/successive_projection.h"
-#include "surface/net_strain.h"
+#include "surface/weave_strain.h"
 #include "world/state.h"
 
 namespace pellicle {
@@ -40,11 +40,11 @@ struct Step {
   EquilibriumResult balance;               ///< of the group that the object belongs to
   double constraint_error = 0;             ///< ||C|| of a sheet at the end [m]
   double force_residual = 0;               ///< of a sheet: norm of the sum of all forces over the largest kind of force
-  PetscInt contacts = 0;                   ///< particles of this rank held by a body at the end
+  PetscInt contacts = 0;                   ///< particles of this rank constrained by a body at the end
   std::vector<BodyLoad> loads;             ///< of the bodies, in the order of their names; empty: not known
   std::optional<double> error;             ///< estimated error over the object's size; none: no estimate
   PetscInt inverted = 0;                   ///< elements of a wall that have turned over, on all ranks
-  std::optional<NetStrain> strain;         ///< of a sheet
+  std::optional<WeaveStrain> strain;       ///< of a sheet
   std::vector<ProjectionError> projected;  ///< ||C|| of each colour, if `project.monitor` asks for it
   std::optional<FireFigures> fire;         ///< of what burns
   bool has_burnt = false;                  ///< whether an element burnt away, on any rank
@@ -128,7 +128,7 @@ class Stage {
   /// At time 0: sets what follows from the positions, which contact may have changed (contact.start).
   virtual void start() {}
   /// Sets what follows from the fields, when they have been read, restored or moved to other items.
-  virtual void follow() {}
+  virtual void update_derived() {}
   /// Until a step ends, its time is that of the beginning. After one that has not converged the state may be anything.
   virtual StageResult begin(Step& /*step*/) { return {}; }
   virtual StageResult end(Step& /*step*/) { return {}; }

@@ -78,8 +78,8 @@ struct State : FieldRegistry {
 
   /// Time at which pressures, places of pins and other loads are taken [s].
   double time_of_loads() const { return load_time != nullptr ? *load_time : time; }
-  /// Flags of the drawn triangles that have not burnt away; null: nothing burns.
-  const std::vector<bool>* living_triangles() const { return burning ? &burning->living.triangles : nullptr; }
+  /// Flags of the surface triangles that have not burnt away; null: nothing burns.
+  const std::vector<bool>* active_triangles() const { return burning ? &burning->active.triangles : nullptr; }
   /// Whether nothing is left of the object.
   bool is_gone() const { return burning && burning->pieces.present.empty(); }
 };

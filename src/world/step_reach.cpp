@@ -17,7 +17,7 @@ inline namespace world {
 namespace {
 
 /// How far a path or a velocity leads from one time to another [m]; the same of turns [rad].
-double way(const Rows& path, const Eigen::Vector3d& velocity, double from, double to) {
+double displacement(const Rows& path, const Eigen::Vector3d& velocity, double from, double to) {
   return (place_of_motion(path, velocity, to) - place_of_motion(path, velocity, from)).norm();
 }
 
@@ -61,7 +61,7 @@ std::string beyond_reach(const Options& options, const Surface& surface, const S
   const auto look_at = [&](const std::string& key, const auto& objects) {
     for (const auto& [name, object] : objects) {
       if (words.empty()) {
-        words = too_far(key + name, way(object.path, object.velocity, from, to));
+        words = too_far(key + name, displacement(object.path, object.velocity, from, to));
       }
     }
   };
@@ -69,7 +69,7 @@ std::string beyond_reach(const Options& options, const Surface& surface, const S
   look_at("attachments.", options.attachments);
   look_at("bodies.", options.bodies);
   for (const auto& [name, body] : options.bodies) {
-    const double turn = way(body.rotation, body.angular_velocity, from, to);
+    const double turn = displacement(body.rotation, body.angular_velocity, from, to);
     if (words.empty() && !(turn <= pi)) {
       words =
           "bodies." + name + " would turn by " + number_text(turn) + " rad in the step, expected at most half a turn";

@@ -9,8 +9,8 @@
 
 #include "base/error.h"
 #include "combustion/combustion.h"
+#include "energies/vertex_potential.h"
 #include "parallel/collective.h"
-#include "solvers/vertex_potential.h"
 #include "surface/membrane_geometry.h"
 #include "world/records.h"
 
@@ -49,17 +49,6 @@ Wall wall_of(const Membrane& membrane, const Options& options, Textures& texture
                    textures.values(membrane.element_uv, "wall.thickness_texture", options.wall.thickness_texture));
 }
 
-TimeIntegrator integrator_of(const TimeOptions& time) {
-  switch (time.scheme) {
-    case TimeScheme::generalized_alpha:
-      return TimeIntegrator::generalized_alpha(time.spectral_radius);
-    case TimeScheme::statics:
-      return TimeIntegrator::statics(time.arc_length);
-    default:
-      return time.arc_length ? TimeIntegrator::statics(time.arc_length) : TimeIntegrator();
-  }
-}
-
 WallMotion::WallMotion(const Membrane& membrane, const Options& options, State& state, StageClock& clock,
                        Textures& textures, WallSupports& supports, GasStage& gas)
     : membrane_(membrane),
@@ -93,10 +82,10 @@ WallMotion::WallMotion(const Membrane& membrane, const Options& options, State& 
     air_.emplace(membrane, options.force.air);
     drag_ = make_drag_potential(
         membrane.particles, *air_, start_, [this] { return potential_->rate(); },
-        [this](PetscInt i) { return potential_->still(i); });
+        [this](PetscInt i) { return potential_->y_v(i); });
   }
   if (gas.uneven_forces() != nullptr) {
-    weight_of_gas_ = make_vertex_potential(membrane.particles, [this](PetscInt i, const Eigen::Vector3d& x) {
+    buoyancy_ = make_vertex_potential(membrane.particles, [this](PetscInt i, const Eigen::Vector3d& x) {
       const Eigen::Vector3d force = gas_.uneven_forces()->vector(i);
       return PointPotential{-force.dot(x - start_.vector(i)), -force};
     });
@@ -112,7 +101,7 @@ WallMotion::WallMotion(const Membrane& membrane, const Options& options, State& 
   if (bending_) {
     model.others.push_back(&*bending_);
   }
-  for (Potential* potential : {hold_.get(), drag_.get(), weight_of_gas_.get()}) {
+  for (Potential* potential : {hold_.get(), drag_.get(), buoyancy_.get()}) {
     if (potential != nullptr) {
       model.others.push_back(potential);
     }
@@ -131,13 +120,13 @@ WallMotion::WallMotion(const Membrane& membrane, const Options& options, State& 
   rubber_volume_ = sum_over_ranks(membrane.comm(), rubber_volume_);
 }
 
-std::vector<bool> WallMotion::held() const {
+std::vector<bool> WallMotion::constrained() const {
   const Projectors& projectors = supports_.constraints.projectors();
-  std::vector<bool> held(projectors.size(), false);
+  std::vector<bool> constrained(projectors.size(), false);
   for (const PetscInt i : projectors.bound()) {
-    held[i] = true;
+    constrained[i] = true;
   }
-  return held;
+  return constrained;
 }
 
 void WallMotion::start() {
@@ -145,7 +134,7 @@ void WallMotion::start() {
   set_pressures(state_.time_of_loads());
 }
 
-void WallMotion::follow() { set_burnt(); }
+void WallMotion::update_derived() { set_burnt(); }
 
 StageResult WallMotion::begin(Step& step) {
   h_ = step.h;
@@ -167,9 +156,9 @@ StageResult WallMotion::begin(Step& step) {
   for (std::size_t i = 0; i < still.size(); ++i) {
     still[i] = still[i] || has_left(static_cast<PetscInt>(i));
   }
-  bodies_.set_surface(still, state_.living_triangles());
+  bodies_.set_surface(still, state_.active_triangles());
   begin_acceleration();
-  set_drag(integrator_.share());
+  set_drag(integrator_.fraction());
   potential_->begin_step(state_.position, state_.pressure, start_of_step());
   return {};
 }
@@ -192,20 +181,20 @@ void WallMotion::begin_acceleration() {
   gas_.step().h = share_of_step;
 }
 
-/// The air's drag in the step to come. Collective. @param share of the step at which forces are in balance
-void WallMotion::set_drag(double share) {
+/// The air's drag in the step to come. Collective. @param fraction of the step at which forces are in balance
+void WallMotion::set_drag(double fraction) {
   if (!air_) {
     return;
   }
   if (!integrator_.is_second_order()) {
-    air_->begin_step({state_.position, state_.velocity, {}, state_.living_triangles(), state_.time + h_});
+    air_->begin_step({state_.position, state_.velocity, {}, state_.active_triangles(), state_.time + h_});
     return;
   }
   Field position(membrane_.particles, 3);
   Field velocity(membrane_.particles, 3);
-  position.values() = state_.position.values() + share * h_ * state_.velocity.values();
-  velocity.values() = state_.velocity.values() + share * h_ * state_.acceleration->values();
-  air_->begin_step({position, velocity, {}, nullptr, state_.time + share * h_});
+  position.values() = state_.position.values() + fraction * h_ * state_.velocity.values();
+  velocity.values() = state_.velocity.values() + fraction * h_ * state_.acceleration->values();
+  air_->begin_step({position, velocity, {}, nullptr, state_.time + fraction * h_});
 }
 
 StageResult WallMotion::take_balance(Step& step) {
@@ -237,9 +226,8 @@ StageResult WallMotion::take_balance(Step& step) {
 /// Of the step, by the forces with which it is in balance. Collective.
 void WallMotion::add_work() {
   const StepWork work = potential_->work(state_.position, start_velocity_);
-  std::array<double, 2> of_others{
-      drag_ != nullptr ? potential_->work_of(*drag_, state_.position) : 0,
-      weight_of_gas_ != nullptr ? potential_->work_of(*weight_of_gas_, state_.position) : 0};
+  std::array<double, 2> of_others{drag_ != nullptr ? potential_->work_of(*drag_, state_.position) : 0,
+                                  buoyancy_ != nullptr ? potential_->work_of(*buoyancy_, state_.position) : 0};
   of_others = sum_over_ranks(membrane_.comm(), of_others);
   of(state_.work, Work::gravity) += work.gravity;
   of(state_.work, Work::damping) += work.damping;
@@ -344,7 +332,7 @@ void WallMotion::set_burnt() {
     const double char_stiffness = 1 + (combustion.char_stiffness - 1) * burnt_share(ratio, combustion);
     const std::optional<double> reference = options_.wall.reference_temperature;
     const double warmth = reference ? temperature / *reference : 1;
-    stiffness.push_back(fields.living.triangles[e] ? char_stiffness * warmth : 0);
+    stiffness.push_back(fields.active.triangles[e] ? char_stiffness * warmth : 0);
     length.push_back(volume_ratio(ratio, combustion));
   }
   elements_.set_burnt(std::move(stiffness), length);

@@ -34,8 +34,6 @@ struct WallSupports {
 
 /// The wall of a membrane. @throws Error on bad materials, textures and regions. Collective.
 Wall wall_of(const Membrane& membrane, const Options& options, Textures& textures);
-/// The time integrator that the options ask for.
-TimeIntegrator integrator_of(const TimeOptions& time);
 
 /// The motion of a wall in a step: the implicit step of the balloon paper (Algorithm 1), volume preservation,
 /// velocities. By generalized alpha (TimeOptions::scheme) the step starts from accelerations, too, which follow from
@@ -48,7 +46,7 @@ class WallMotion : public MotionStage {
              WallSupports& supports, GasStage& gas);
 
   void start() override;
-  void follow() override;
+  void update_derived() override;
   StageResult begin(Step& step) override;
   StageResult take_balance(Step& step) override;
   StageResult end(Step& step) override;
@@ -63,8 +61,8 @@ class WallMotion : public MotionStage {
   ContactSurface::Part contact_part() const override {
     return {&membrane_, options_.contact.thickness, options_.contact.stiffness.value_or(usual_stiffness_)};
   }
-  const std::vector<bool>* living() const override { return state_.living_triangles(); }
-  std::vector<bool> held() const override;
+  const std::vector<bool>* active() const override { return state_.active_triangles(); }
+  std::vector<bool> constrained() const override;
   const double* mass() const override { return mass_.data(); }
   const std::vector<bool>& pinned() const override { return supports_.pins.pinned(); }
   const std::vector<Eigen::Matrix3d>& stress() override;
@@ -77,7 +75,7 @@ class WallMotion : public MotionStage {
   StepStart start_of_step() const;
   void set_burnt();
   void begin_acceleration();
-  void set_drag(double share);
+  void set_drag(double fraction);
   void add_work();
   double find_velocities();
   double kinetic_energy() const;
@@ -97,11 +95,11 @@ class WallMotion : public MotionStage {
   PointLoads loads_;
   double usual_stiffness_;  ///< of contact [Pa/m]
   BodyContact bodies_;
-  std::optional<WallBending> bending_;        ///< unless the wall has none
-  std::unique_ptr<Potential> hold_;           ///< of vertices that have left; null: nothing burns
-  std::optional<AirDrag> air_;                ///< if there is air
-  std::unique_ptr<Potential> drag_;           ///< of the air; null: there is none
-  std::unique_ptr<Potential> weight_of_gas_;  ///< forces of GasStage::uneven_forces; null: there are none
+  std::optional<WallBending> bending_;   ///< unless the wall has none
+  std::unique_ptr<Potential> hold_;      ///< of vertices that have left; null: nothing burns
+  std::optional<AirDrag> air_;           ///< if there is air
+  std::unique_ptr<Potential> drag_;      ///< of the air; null: there is none
+  std::unique_ptr<Potential> buoyancy_;  ///< forces of GasStage::uneven_forces; null: there are none
   std::optional<StepPotential> potential_;
   std::unique_ptr<VolumePreservation> volume_preservation_;  ///< null: the wall's rule does not ask for it
   double rubber_volume_ = 0;                                 ///< undeformed, of all ranks [m^3]

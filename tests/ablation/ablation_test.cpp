@@ -20,18 +20,18 @@ struct Dead {
 };
 
 /// Expects that every local spring and triangle, ghosts too, is dead exactly if it is among `dead`.
-void expect_dead(const Sheet& sheet, const Living& living, const Dead& dead) {
+void expect_dead(const Sheet& sheet, const ActiveSet& active, const Dead& dead) {
   for (const Colour colour : all_colours) {
     const auto number = static_cast<std::size_t>(colour);
     for (PetscInt s = 0; s < sheet.of(colour).local(); ++s) {
       const IdPair ids = ids_of(sheet, colour, s);
-      EXPECT_EQ(!living.springs[number][s], dead.springs[number].count(ids) == 1)
+      EXPECT_EQ(!active.springs[number][s], dead.springs[number].count(ids) == 1)
           << colour_names[number] << ' ' << ids.first << ' ' << ids.second;
     }
   }
-  for (std::size_t t = 0; t < living.triangles.size(); ++t) {
+  for (std::size_t t = 0; t < active.triangles.size(); ++t) {
     const PetscInt id = id_of_triangle(sheet, t);
-    EXPECT_EQ(!living.triangles[t], dead.triangles.count(id) == 1) << "triangle " << id;
+    EXPECT_EQ(!active.triangles[t], dead.triangles.count(id) == 1) << "triangle " << id;
   }
 }
 
@@ -78,13 +78,13 @@ struct Grid {
   Dead dead(const std::set<PetscInt>& triangles) const {
     Dead dead;
     dead.triangles = triangles;
-    std::set<PetscInt> held;  // particles that a triangle holds
+    std::set<PetscInt> constrained;  // particles that a triangle holds
     for (int j = 0; j < ny; ++j) {
       for (int i = 0; i < nx; ++i) {
         const std::array<PetscInt, 4> c = corners(i, j);
         for (std::size_t k = 0; k < 4; ++k) {
           if (triangles.count(4 * cell(i, j) + static_cast<PetscInt>(k)) == 0) {
-            held.insert({c[k], c[(k + 1) % 4], lattice(i, j)});
+            constrained.insert({c[k], c[(k + 1) % 4], lattice(i, j)});
           }
         }
       }
@@ -93,7 +93,7 @@ struct Grid {
     for (std::size_t colour = 0; colour < 4; ++colour) {
       for (const auto& [ids, around] : sharing[colour]) {
         if (std::includes(triangles.begin(), triangles.end(), around.begin(), around.end()) ||
-            held.count(ids.first) == 0 || held.count(ids.second) == 0) {
+            constrained.count(ids.first) == 0 || constrained.count(ids.second) == 0) {
           dead.springs[colour].insert(ids);
         }
       }
@@ -115,8 +115,8 @@ std::vector<PetscInt> ids_of(const Sheet& sheet, const std::vector<PetscInt>& pa
   return gathered(sheet.comm(), ids);
 }
 
-std::vector<PetscInt> empty_ids(const Sheet& sheet, const Living& living) {
-  const std::vector<bool> empty = empty_cells(sheet, living);
+std::vector<PetscInt> empty_ids(const Sheet& sheet, const ActiveSet& active) {
+  const std::vector<bool> empty = empty_cells(sheet, active);
   EXPECT_EQ(static_cast<PetscInt>(empty.size()), sheet.elements.owned);
   std::vector<PetscInt> lattice;
   for (std::size_t c = 0; c < empty.size(); ++c) {
@@ -143,13 +143,13 @@ TEST(Ablation, LevelIsTheShareOfTheMassAboveTheLossMass) {
 TEST(Ablation, SpringsDieWithTheLastTriangleThatSharesThemOrHoldsAnEnd) {
   const Grid grid{6, 6};
   const Sheet sheet = shell_of(grid_mesh(6, 6, 1));
-  Living living(sheet);
+  ActiveSet active(sheet);
   Ablation ablation(sheet);
   // An L of burnt points in the middle, of which cell (3, 3) is not part, and the whole cell at the lower right.
   const std::set<PetscInt> burnt{grid.vertex(2, 2),  grid.vertex(2, 3),  grid.vertex(3, 3),  grid.vertex(4, 3),
                                  grid.lattice(2, 2), grid.lattice(3, 2), grid.lattice(2, 3), grid.vertex(5, 0),
                                  grid.vertex(6, 0),  grid.vertex(6, 1),  grid.vertex(5, 1),  grid.lattice(5, 0)};
-  EXPECT_TRUE(ablation.burn_away(living, burnt_at(sheet, burnt)));
+  EXPECT_TRUE(ablation.burn_away(active, burnt_at(sheet, burnt)));
   Dead dead;
   const PetscInt cell22 = 4 * grid.cell(2, 2);
   const PetscInt cell50 = 4 * grid.cell(5, 0);
@@ -169,24 +169,24 @@ TEST(Ablation, SpringsDieWithTheLastTriangleThatSharesThemOrHoldsAnEnd) {
           {grid.vertex(5, 0), grid.vertex(6, 0)},
           {grid.vertex(6, 0), grid.vertex(6, 1)}};
   yellow = {{grid.vertex(5, 0), grid.vertex(6, 1)}, {grid.vertex(6, 0), grid.vertex(5, 1)}};
-  expect_dead(sheet, living, dead);
+  expect_dead(sheet, active, dead);
 
-  EXPECT_FALSE(ablation.burn_away(living, burnt_at(sheet, burnt))) << "nothing more has burnt";
-  // The corner of the sheet and the lattice point of its cell are held by nothing.
+  EXPECT_FALSE(ablation.burn_away(active, burnt_at(sheet, burnt))) << "nothing more has burnt";
+  // The corner of the sheet and the lattice point of its cell are constrained by nothing.
   Field mass = initial_masses(sheet);
-  const std::vector<PetscInt> bare = ablation.bare_particles(living, mass);
+  const std::vector<PetscInt> bare = ablation.bare_particles(active, mass);
   EXPECT_EQ(ids_of(sheet, bare), (std::vector<PetscInt>{grid.vertex(6, 0), grid.lattice(5, 0)}));
   for (const PetscInt i : bare) {
     mass.data()[i] = 0;
   }
-  EXPECT_EQ(ids_of(sheet, ablation.bare_particles(living, mass)), std::vector<PetscInt>{});
-  EXPECT_EQ(empty_ids(sheet, living), std::vector<PetscInt>{grid.lattice(5, 0)});
+  EXPECT_EQ(ids_of(sheet, ablation.bare_particles(active, mass)), std::vector<PetscInt>{});
+  EXPECT_EQ(empty_ids(sheet, active), std::vector<PetscInt>{grid.lattice(5, 0)});
 }
 
 TEST(Ablation, CellsAreEmptyWhenTheirTrianglesHaveDied) {
   const Grid grid{6, 6};
   const Sheet sheet = shell_of(grid_mesh(6, 6, 1));
-  Living living(sheet);
+  ActiveSet active(sheet);
   Ablation ablation(sheet);
   std::set<PetscInt> burnt;
   for (int j = 1; j <= 4; ++j) {
@@ -197,17 +197,17 @@ TEST(Ablation, CellsAreEmptyWhenTheirTrianglesHaveDied) {
       }
     }
   }
-  EXPECT_TRUE(ablation.burn_away(living, burnt_at(sheet, burnt)));
+  EXPECT_TRUE(ablation.burn_away(active, burnt_at(sheet, burnt)));
   std::vector<PetscInt> empty;
   for (int j = 1; j <= 3; ++j) {
     for (int i = 1; i <= 3; ++i) {
       empty.push_back(grid.lattice(i, j));
     }
   }
-  EXPECT_EQ(empty_ids(sheet, living), empty);
+  EXPECT_EQ(empty_ids(sheet, active), empty);
   std::vector<PetscInt> bare{grid.vertex(2, 2), grid.vertex(3, 2), grid.vertex(2, 3), grid.vertex(3, 3)};
   bare.insert(bare.end(), empty.begin(), empty.end());
-  EXPECT_EQ(ids_of(sheet, ablation.bare_particles(living, initial_masses(sheet))), bare);
+  EXPECT_EQ(ids_of(sheet, ablation.bare_particles(active, initial_masses(sheet))), bare);
 }
 
 TEST(Ablation, WhatHasDiedStaysDead) {
@@ -215,7 +215,7 @@ TEST(Ablation, WhatHasDiedStaysDead) {
   const Grid grid{7, 5};
   const Sheet sheet = shell_of(grid_mesh(7, 5, 1));
   for (unsigned seed = 1; seed <= 5; ++seed) {
-    Living living(sheet);
+    ActiveSet active(sheet);
     Ablation ablation(sheet);
     std::mt19937 random(seed);
     std::set<PetscInt> triangles;
@@ -236,9 +236,9 @@ TEST(Ablation, WhatHasDiedStaysDead) {
           }
         }
       }
-      const bool died = ablation.burn_away(living, level_by_id(sheet, [&level](PetscInt id) { return level[id]; }));
+      const bool died = ablation.burn_away(active, level_by_id(sheet, [&level](PetscInt id) { return level[id]; }));
       EXPECT_EQ(died, triangles.size() > before);
-      expect_dead(sheet, living, grid.dead(triangles));
+      expect_dead(sheet, active, grid.dead(triangles));
     }
     EXPECT_GT(triangles.size(), 40U);
     EXPECT_LT(triangles.size(), 140U);
@@ -264,8 +264,8 @@ TEST(Ablation, ACrackCutsTheSpringAcrossAndNothingElse) {
         sides.push_back(s);
       }
     }
-    Living living(sheet);
-    EXPECT_TRUE(ablation.crack(living, sides));
+    ActiveSet active(sheet);
+    EXPECT_TRUE(ablation.crack(active, sides));
     Dead dead;
     for (const auto& [crossing, around] : sharing[1]) {
       if (around == triangles) {
@@ -273,35 +273,35 @@ TEST(Ablation, ACrackCutsTheSpringAcrossAndNothingElse) {
       }
     }
     EXPECT_EQ(dead.springs[1].size(), 1U);
-    expect_dead(sheet, living, dead);
-    for (std::size_t t = 0; t < living.cracked.size(); ++t) {
-      EXPECT_EQ(living.cracked[t], triangles.count(id_of_triangle(sheet, t)) == 1);
+    expect_dead(sheet, active, dead);
+    for (std::size_t t = 0; t < active.cracked.size(); ++t) {
+      EXPECT_EQ(active.cracked[t], triangles.count(id_of_triangle(sheet, t)) == 1);
     }
     // It follows from the flags of the cells.
-    std::fill(living.springs[1].begin(), living.springs[1].end(), true);
-    ablation.follow_triangles(living);
-    expect_dead(sheet, living, dead);
+    std::fill(active.springs[1].begin(), active.springs[1].end(), true);
+    ablation.follow_triangles(active);
+    expect_dead(sheet, active, dead);
   }
   EXPECT_EQ(inner, 3 * 3 + 4 * 2);
-  Living living(sheet);
-  EXPECT_FALSE(ablation.crack(living, {}));
-  expect_dead(sheet, living, {});
+  ActiveSet active(sheet);
+  EXPECT_FALSE(ablation.crack(active, {}));
+  expect_dead(sheet, active, {});
 }
 
 TEST(Ablation, EverythingMayBurn) {
   const Sheet sheet = shell_of(grid_mesh(5, 4, 1));
-  Living living(sheet);
+  ActiveSet active(sheet);
   Ablation ablation(sheet);
   const std::vector<double> level(sheet.persistent_id.size(), -1e-9);
-  EXPECT_TRUE(ablation.burn_away(living, level));
-  for (const std::vector<bool>& springs : living.springs) {
+  EXPECT_TRUE(ablation.burn_away(active, level));
+  for (const std::vector<bool>& springs : active.springs) {
     EXPECT_EQ(std::count(springs.begin(), springs.end(), true), 0);
   }
-  EXPECT_EQ(std::count(living.triangles.begin(), living.triangles.end(), true), 0);
-  EXPECT_EQ(empty_ids(sheet, living).size(), 20U);
-  EXPECT_EQ(static_cast<PetscInt>(ablation.bare_particles(living, initial_masses(sheet)).size()),
+  EXPECT_EQ(std::count(active.triangles.begin(), active.triangles.end(), true), 0);
+  EXPECT_EQ(empty_ids(sheet, active).size(), 20U);
+  EXPECT_EQ(static_cast<PetscInt>(ablation.bare_particles(active, initial_masses(sheet)).size()),
             sheet.particles.owned);
-  EXPECT_FALSE(ablation.burn_away(living, level));
+  EXPECT_FALSE(ablation.burn_away(active, level));
 }
 
 }  // namespace

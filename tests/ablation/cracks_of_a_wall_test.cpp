@@ -68,7 +68,7 @@ class CracksOfAWall : public ::testing::Test {
 
   std::vector<PetscInt> own_cracks() {
     Cracks cracks(membrane_, options_, {});
-    return cracks.sides({living_, stress_, position_, mass_, pinned_, min_mass});
+    return cracks.sides({active_, stress_, position_, mass_, pinned_, min_mass});
   }
   /// The ids of the ends of the sides that crack, of all ranks, each as often as a rank has it.
   std::vector<std::array<PetscInt, 2>> cracks() {
@@ -84,7 +84,7 @@ class CracksOfAWall : public ::testing::Test {
   }
 
   Membrane membrane_ = strip();
-  Living living_{membrane_};
+  ActiveSet active_{membrane_};
   Field position_{membrane_.particles, 3};
   Field mass_{membrane_.particles, 1};
   std::vector<bool> pinned_;
@@ -167,8 +167,8 @@ TEST_F(CracksOfAWall, spare_what_is_pinned_burnt_or_cracked_already) {
   }
   EXPECT_EQ(cracks(), left);
   pinned_.assign(pinned_.size(), false);
-  for (std::size_t e = 0; e < living_.triangles.size(); ++e) {
-    living_.triangles[e] = membrane_.element_id[e] / 2 != 3;  // a square of the lower row
+  for (std::size_t e = 0; e < active_.triangles.size(); ++e) {
+    active_.triangles[e] = membrane_.element_id[e] / 2 != 3;  // a square of the lower row
   }
   const Sides beside = cracks();
   EXPECT_EQ(beside.size(), across_x().size() - 2);
@@ -179,15 +179,15 @@ TEST_F(CracksOfAWall, spare_what_is_pinned_burnt_or_cracked_already) {
 TEST_F(CracksOfAWall, are_known_to_both_elements_on_every_rank) {
   set_stress(150, {1, 0, 0});
   Ablation ablation(membrane_);
-  EXPECT_TRUE(ablation.crack(living_, own_cracks()));
-  EXPECT_FALSE(ablation.crack(living_, {}));
-  for (std::size_t side = 0; side < living_.cracked.size(); ++side) {
+  EXPECT_TRUE(ablation.crack(active_, own_cracks()));
+  EXPECT_FALSE(ablation.crack(active_, {}));
+  for (std::size_t side = 0; side < active_.cracked.size(); ++side) {
     const auto x = [&](std::size_t k) { return membrane_.rest(0, membrane_.corner(side / 3, k)) / edge; };
     const bool along_y = std::abs(x(side % 3) - x(side % 3 + 1)) < 0.1;
     const double place = x(side % 3);
-    EXPECT_EQ(living_.cracked[side], along_y && place > 0.5 && place < columns - 0.5);
+    EXPECT_EQ(active_.cracked[side], along_y && place > 0.5 && place < columns - 0.5);
   }
-  EXPECT_TRUE(std::all_of(living_.triangles.begin(), living_.triangles.end(), [](bool lives) { return lives; }));
+  EXPECT_TRUE(std::all_of(active_.triangles.begin(), active_.triangles.end(), [](bool lives) { return lives; }));
   Sides both = across_x();
   const Sides next = cracks();
   both.insert(both.end(), next.begin(), next.end());

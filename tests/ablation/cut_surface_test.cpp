@@ -117,7 +117,7 @@ std::set<std::int64_t> particles_of(std::int64_t id) {
 
 TEST(CutSurface, UncutSheetIsFourTrianglesACellRoundItsCentre) {
   const Sheet sheet = shell_of(grid_mesh(7, 5, 1.0));
-  const DrawnSurface surface = cut_surface(sheet, Living(sheet), unburnt(sheet));
+  const DrawnSurface surface = cut_surface(sheet, ActiveSet(sheet), unburnt(sheet));
   ASSERT_EQ(surface.triangles.size(), 4 * static_cast<std::size_t>(sheet.elements.owned));
   std::vector<PetscInt> corners;  // of the rank's own cells, in the order in which they are first used
   for (PetscInt cell = 0; cell < sheet.elements.owned; ++cell) {
@@ -157,9 +157,9 @@ TEST(CutSurface, UncutSheetIsFourTrianglesACellRoundItsCentre) {
 TEST(CutSurface, AllRanksTogetherDrawWhatOneDraws) {
   const SurfaceMesh mesh = grid_mesh(11, 9, 1.0);
   const Sheet sheet = shell_of(mesh);
-  const Gathered together(sheet, cut_surface(sheet, Living(sheet), rough_level(sheet)), crumpled(sheet));
+  const Gathered together(sheet, cut_surface(sheet, ActiveSet(sheet), rough_level(sheet)), crumpled(sheet));
   const Sheet whole = shell_of(mesh, PETSC_COMM_SELF);
-  const Gathered alone(whole, cut_surface(whole, Living(whole), rough_level(whole)), crumpled(whole));
+  const Gathered alone(whole, cut_surface(whole, ActiveSet(whole), rough_level(whole)), crumpled(whole));
   EXPECT_EQ(together.triangles, alone.triangles);
   std::map<std::int64_t, Place> places;
   for (const Gathered::Point& point : alone.points) {
@@ -183,7 +183,7 @@ TEST(CutSurface, AllRanksTogetherDrawWhatOneDraws) {
 TEST(CutSurface, IsWatertight) {
   const SurfaceMesh mesh = grid_mesh(11, 9, 1.0);
   const Sheet sheet = shell_of(mesh);
-  const Gathered drawn(sheet, cut_surface(sheet, Living(sheet), rough_level(sheet)), crumpled(sheet));
+  const Gathered drawn(sheet, cut_surface(sheet, ActiveSet(sheet), rough_level(sheet)), crumpled(sheet));
   std::map<std::set<std::int64_t>, int> faces_at;  // each edge of the mesh
   for (const auto& face : mesh.faces) {
     for (std::size_t k = 0; k < 4; ++k) {
@@ -215,11 +215,11 @@ TEST(CutSurface, IsWatertight) {
 
 TEST(CutSurface, DeadTrianglesAreNotDrawn) {
   const Sheet sheet = shell_of(grid_mesh(7, 5, 1.0));
-  Living living(sheet);
-  for (std::size_t t = 0; t < living.triangles.size(); ++t) {
-    living.triangles[t] = id_of_triangle(sheet, t) % 3 != 0;
+  ActiveSet active(sheet);
+  for (std::size_t t = 0; t < active.triangles.size(); ++t) {
+    active.triangles[t] = id_of_triangle(sheet, t) % 3 != 0;
   }
-  const DrawnSurface surface = cut_surface(sheet, living, unburnt(sheet));
+  const DrawnSurface surface = cut_surface(sheet, active, unburnt(sheet));
   std::set<std::array<PetscInt, 3>> expected;
   for (PetscInt cell = 0; cell < sheet.elements.owned; ++cell) {
     for (std::size_t k = 0; k < 4; ++k) {
@@ -244,11 +244,11 @@ TEST(CutSurface, DeadTrianglesAreNotDrawn) {
 TEST(CutSurface, PointsAreCountedOnceWhateverIsLeft) {
   const Sheet sheet = shell_of(grid_mesh(4, 3, 1.0));
   for (PetscInt left = 0; left < 4 * sheet.elements.global; ++left) {
-    Living living(sheet);
-    for (std::size_t t = 0; t < living.triangles.size(); ++t) {
-      living.triangles[t] = id_of_triangle(sheet, t) == left;
+    ActiveSet active(sheet);
+    for (std::size_t t = 0; t < active.triangles.size(); ++t) {
+      active.triangles[t] = id_of_triangle(sheet, t) == left;
     }
-    const Gathered drawn(sheet, cut_surface(sheet, living, unburnt(sheet)), sheet.rest);
+    const Gathered drawn(sheet, cut_surface(sheet, active, unburnt(sheet)), sheet.rest);
     ASSERT_EQ(drawn.triangles.size(), 1u);
     ASSERT_EQ(drawn.points.size(), 3u);
     for (const Gathered::Point& point : drawn.points) {
@@ -259,7 +259,8 @@ TEST(CutSurface, PointsAreCountedOnceWhateverIsLeft) {
 
 TEST(CutSurface, NothingLeftIsNothingDrawn) {
   const Sheet sheet = shell_of(grid_mesh(4, 3, 1.0));
-  const DrawnSurface burnt = cut_surface(sheet, Living(sheet), std::vector<double>(sheet.persistent_id.size(), -0.1));
+  const DrawnSurface burnt =
+      cut_surface(sheet, ActiveSet(sheet), std::vector<double>(sheet.persistent_id.size(), -0.1));
   EXPECT_TRUE(burnt.points.empty() && burnt.triangles.empty() && burnt.elements.empty());
 }
 
@@ -272,7 +273,7 @@ TEST(CutSurface, AreaBurntByACircularFrontIsThatOfTheCircle) {
     const std::vector<double> level = level_of(sheet, [radius](double x, double y) {
       return (x - 0.47) * (x - 0.47) + (y - 0.52) * (y - 0.52) - radius * radius;
     });
-    errors.push_back((1 - area(cut_surface(sheet, Living(sheet), level), sheet.rest)) / circle - 1);
+    errors.push_back((1 - area(cut_surface(sheet, ActiveSet(sheet), level), sheet.rest)) / circle - 1);
   }
   EXPECT_LT(std::abs(errors[1]), 0.01);
   EXPECT_GT(std::log2(errors[0] / errors[1]), 1.8);
@@ -289,16 +290,16 @@ TEST(CutSurface, AreaFollowsTheLevelWithoutJumps) {
   const double step = 0.05 / cells;
   const Sheet sheet = shell_of(grid_mesh(cells, cells, 1.0 / cells));
   Ablation ablation(sheet);
-  Living living(sheet);
+  ActiveSet active(sheet);
   double before = 1;
   double largest = 0;
   double smallest = 1;
   for (double radius = 0.2; radius < 0.4; radius += step) {
     const std::vector<double> level =
         level_of(sheet, [radius](double x, double y) { return std::hypot(x - 0.47, y - 0.52) - radius; });
-    ablation.burn_away(living, level);
-    const double now = area(cut_surface(sheet, living, level), sheet.rest);
-    EXPECT_DOUBLE_EQ(now, area(cut_surface(sheet, Living(sheet), level), sheet.rest))
+    ablation.burn_away(active, level);
+    const double now = area(cut_surface(sheet, active, level), sheet.rest);
+    EXPECT_DOUBLE_EQ(now, area(cut_surface(sheet, ActiveSet(sheet), level), sheet.rest))
         << "a triangle dies when nothing of it is drawn any more";
     if (before < 1) {
       const double explained = 2 * M_PI * radius * step;
@@ -316,7 +317,7 @@ TEST(CutSurface, AreaFollowsTheLevelWithoutJumps) {
 TEST(CutSurface, CutPointsLieAtTheZeroOfTheLevel) {
   const Sheet sheet = shell_of(grid_mesh(1, 1, 1.0));
   const std::vector<double> level = level_by_id(sheet, [](PetscInt id) { return id == 0 ? 0.3 : -0.1; });
-  const Gathered drawn(sheet, cut_surface(sheet, Living(sheet), level), sheet.rest);
+  const Gathered drawn(sheet, cut_surface(sheet, ActiveSet(sheet), level), sheet.rest);
   std::map<std::int64_t, Place> expected{{0, {0, 0, 0}}};  // Particles: corners 0 to 3, lattice point 4.
   const auto cut = [](std::int64_t a, std::int64_t b) { return -(a * cut_id_stride + b) - 1; };
   expected[cut(0, 1)] = {0.75, 0, 0};

@@ -28,7 +28,7 @@ double max_over_ranks(double value) {
 struct BurntSheet {
   BurntSheet(int nx, int ny, const std::function<double(const Eigen::Vector3d&)>& ratio, double crumpling)
       : sheet(shell_of(grid_mesh(nx, ny, 1.0))),
-        living(sheet),
+        active(sheet),
         positions(sheet.particles, 3),
         mass(sheet.particles, 1) {
     positions.values() = sheet.rest + crumpling * (7 * sheet.rest).array().sin().matrix();
@@ -37,18 +37,18 @@ struct BurntSheet {
     }
     Ablation ablation(sheet);
     const std::vector<double> level = level_set(sheet, mass, 0.5);
-    ablation.burn_away(living, level);
-    for (const PetscInt i : ablation.bare_particles(living, mass)) {
+    ablation.burn_away(active, level);
+    for (const PetscInt i : ablation.bare_particles(active, mass)) {
       mass.data()[i] = 0;
     }
     mass.update_ghosts();
-    surface = cut_surface(sheet, living, level);
+    surface = cut_surface(sheet, active, level);
   }
 
   double whole(const Field& amount) const {
     return sum_over_ranks(amount.values().row(0).head(sheet.particles.owned).sum());
   }
-  /// Sum of density times area over the drawn triangles of all ranks.
+  /// Sum of density times area over the surface triangles of all ranks.
   double drawn(const std::vector<double>& density) const {
     double sum = 0;
     for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
@@ -67,7 +67,7 @@ struct BurntSheet {
   }
 
   Sheet sheet;
-  Living living;
+  ActiveSet active;
   Field positions;
   Field mass;
   DrawnSurface surface;
@@ -77,7 +77,7 @@ TEST(DrawnShares, of_an_unburnt_sheet_are_its_density) {
   const BurntSheet flat(
       7, 5, [](const Eigen::Vector3d&) { return 1.0; }, 0);
   const std::vector<double> density =
-      DrawnShares(flat.sheet, flat.living, flat.surface, flat.positions).density(flat.mass);
+      DrawnShares(flat.sheet, flat.active, flat.surface, flat.positions).density(flat.mass);
   for (std::size_t cell = 0; cell < density.size(); ++cell) {
     EXPECT_NEAR(density[cell], cell < static_cast<std::size_t>(flat.sheet.elements.owned) ? test_density : 0, 1e-15);
   }
@@ -96,7 +96,7 @@ TEST(DrawnShares, add_up_to_what_the_particles_have) {
   for (std::size_t n = 0; n < ratios.size(); ++n) {
     for (const double crumpling : {0.0, 0.2}) {
       const BurntSheet sheet(11, 8, ratios[n], crumpling);
-      const DrawnShares shares(sheet.sheet, sheet.living, sheet.surface, sheet.positions);
+      const DrawnShares shares(sheet.sheet, sheet.active, sheet.surface, sheet.positions);
       Field heat(sheet.sheet.particles, 1);
       for (PetscInt i = 0; i < sheet.sheet.particles.local(); ++i) {
         heat.data()[i] = sheet.mass.data()[i] * (300 + 100 * std::sin(9 * sheet.sheet.rest(0, i)));
@@ -115,7 +115,7 @@ TEST(DrawnShares, slivers_at_a_front_are_not_heavy) {
   const BurntSheet front(
       9, 4, [](const Eigen::Vector3d& x) { return std::clamp(0.5 + 0.1 * (4.01 - x.x()), 0.3, 1.0); }, 0);
   const std::vector<double> density =
-      DrawnShares(front.sheet, front.living, front.surface, front.positions).density(front.mass);
+      DrawnShares(front.sheet, front.active, front.surface, front.positions).density(front.mass);
   const double largest = max_over_ranks(density.empty() ? 0 : *std::max_element(density.begin(), density.end()));
   EXPECT_LT(largest, 2 * test_density);
   EXPECT_NEAR(front.drawn(density), front.whole(front.mass), 1e-12);

@@ -23,7 +23,7 @@ class BurningRows {
   BurningRows(int nx, int ny)
       : nx_(nx),
         sheet_(shell_of(grid_mesh(nx, ny, 1))),
-        living_(sheet_),
+        active_(sheet_),
         ablation_(sheet_),
         pieces_(initial_pieces(sheet_)) {}
 
@@ -32,14 +32,14 @@ class BurningRows {
 
   /// Lets what has burnt die.
   void update(double time) {
-    ablation_.burn_away(living_, level_by_id(sheet_, [this](PetscInt id) {
+    ablation_.burn_away(active_, level_by_id(sheet_, [this](PetscInt id) {
                           const double y = height(id);
                           return std::any_of(bands_.begin(), bands_.end(),
                                              [y](const auto& band) { return band.first <= y && y <= band.second; })
                                      ? -1.0
                                      : 1.0;
                         }));
-    update_pieces(pieces_, sheet_, living_, time);
+    update_pieces(pieces_, sheet_, active_, time);
   }
 
   double height(PetscInt id) const {
@@ -71,7 +71,7 @@ class BurningRows {
  private:
   int nx_;
   Sheet sheet_;
-  Living living_;
+  ActiveSet active_;
   Ablation ablation_;
   Pieces pieces_;
   std::vector<std::pair<double, double>> bands_;
@@ -133,7 +133,7 @@ TEST(Pieces, IdsPersistThroughSplits) {
     return y < 4 ? 2 : y < 16 ? 0 : y < 20 ? 3 : y < 28 ? 1 : 4;
   });
 
-  rows.burn(5, 15);  // Piece 0 burns away, the others lose the particles that it had held.
+  rows.burn(5, 15);  // Piece 0 burns away, the others lose the particles that it had constrained.
   rows.burn(-1, 1);
   rows.burn(23, 25);  // Equal parts again.
   rows.update(4);
@@ -163,25 +163,25 @@ TEST(Pieces, NothingIsLeftOfASheetThatHasBurnt) {
 class ScatteredFire {
  public:
   ScatteredFire(const SurfaceMesh& mesh, MPI_Comm comm)
-      : sheet_(std::make_unique<Sheet>(shell_of(mesh, comm))), living_(*sheet_), pieces_(initial_pieces(*sheet_)) {}
+      : sheet_(std::make_unique<Sheet>(shell_of(mesh, comm))), active_(*sheet_), pieces_(initial_pieces(*sheet_)) {}
 
   /// @param until by persistent id, when the points burn
   void update(const std::vector<double>& until, double time) {
     const auto level = [&until, time](PetscInt id) { return until[id] - time; };
-    if (Ablation(*sheet_).burn_away(living_, level_by_id(*sheet_, level))) {
-      update_pieces(pieces_, *sheet_, living_, time);
+    if (Ablation(*sheet_).burn_away(active_, level_by_id(*sheet_, level))) {
+      update_pieces(pieces_, *sheet_, active_, time);
     }
   }
 
   /// Removes the cells of which nothing is left, and spreads the others anew when ranks differ at all.
   void remove_empty_cells() {
-    std::vector<bool> kept = empty_cells(*sheet_, living_);
+    std::vector<bool> kept = empty_cells(*sheet_, active_);
     kept.flip();
     using Triangles = std::array<bool, 4>;
     std::vector<PetscInt> piece(pieces_.of_particle);
     piece.resize(sheet_->particles.owned);
     std::vector<Triangles> triangles(sheet_->elements.owned);
-    auto lives = living_.triangles.cbegin();
+    auto lives = active_.triangles.cbegin();
     for (Triangles& of_cell : triangles) {
       std::copy_n(lives, 4, of_cell.begin());
       lives += 4;
@@ -191,21 +191,21 @@ class ScatteredFire {
     LoadedSheet compacted = compact(*sheet_, kept, Records::of(piece), Records::of(triangles), options);
     sheet_ = std::make_unique<Sheet>(std::move(compacted.sheet));
     pieces_.of_particle = compacted.particles.as<PetscInt>();
-    living_ = Living(*sheet_);
-    living_.triangles.clear();
+    active_ = ActiveSet(*sheet_);
+    active_.triangles.clear();
     for (const Triangles& of_cell : compacted.cells.as<Triangles>()) {
-      living_.triangles.insert(living_.triangles.end(), of_cell.begin(), of_cell.end());
+      active_.triangles.insert(active_.triangles.end(), of_cell.begin(), of_cell.end());
     }
-    Ablation(*sheet_).follow_triangles(living_);
+    Ablation(*sheet_).follow_triangles(active_);
   }
 
   const Sheet& sheet() const { return *sheet_; }
-  const Living& living() const { return living_; }
+  const ActiveSet& active() const { return active_; }
   const Pieces& pieces() const { return pieces_; }
 
  private:
   std::unique_ptr<Sheet> sheet_;
-  Living living_;
+  ActiveSet active_;
   Pieces pieces_;
 };
 
@@ -219,7 +219,7 @@ std::vector<double> random_times(const Sheet& sheet, unsigned seed) {
   return until;
 }
 
-/// Expects the same pieces, and that every living spring joins particles of one piece.
+/// Expects the same pieces, and that every active spring joins particles of one piece.
 /// @param alone on a single rank, with all its cells
 void expect_same_pieces(const ScatteredFire& fire, const ScatteredFire& alone) {
   std::map<PetscInt, PetscInt> expected;
@@ -239,7 +239,7 @@ void expect_same_pieces(const ScatteredFire& fire, const ScatteredFire& alone) {
   for (const Colour colour : all_colours) {
     const SpringSet& set = fire.sheet().of(colour);
     for (std::size_t s = 0; s < set.ends.size(); ++s) {
-      if (fire.living().springs[static_cast<std::size_t>(colour)][s]) {
+      if (fire.active().springs[static_cast<std::size_t>(colour)][s]) {
         const PetscInt piece = fire.pieces().of_particle[set.ends[s][0]];
         EXPECT_GE(piece, 0);
         EXPECT_EQ(piece, fire.pieces().of_particle[set.ends[s][1]]);

@@ -48,7 +48,7 @@ SurfaceMesh strip_mesh(const Cells& cells, bool is_of_triangles) {
 
 /// The stress along x at which each seed's strip cracks first, over the strength. Collective.
 std::vector<double> strengths(const Surface& surface) {
-  const Living living(surface);
+  const ActiveSet active(surface);
   Field position(surface.particles, 3);
   position.values() = surface.rest;
   Field mass(surface.particles, 1);
@@ -68,7 +68,7 @@ std::vector<double> strengths(const Surface& surface) {
       const double middle = (below + above) / 2;
       const Eigen::Matrix3d along = middle * Eigen::Vector3d::UnitX() * Eigen::RowVector3d::UnitX();
       const std::vector<Eigen::Matrix3d> stress(surface.element_mass.size(), along);
-      const std::vector<PetscInt> sides = cracks.sides({living, stress, position, mass, pinned, 0.5});
+      const std::vector<PetscInt> sides = cracks.sides({active, stress, position, mass, pinned, 0.5});
       (on_any_rank(surface.comm(), !sides.empty()) ? above : below) = middle;
     }
     result.push_back(above);

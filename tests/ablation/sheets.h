@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "parallel/collective.h"
-#include "surface/living.h"
+#include "surface/active_set.h"
 #include "surface/shell.h"
 #include "tests/support/grid_mesh.h"
 
@@ -29,7 +29,7 @@ inline IdPair ids_of(const Sheet& sheet, Colour colour, PetscInt spring) {
   return std::minmax(sheet.persistent_id[a], sheet.persistent_id[b]);
 }
 
-/// Number in the whole sheet of a drawn triangle.
+/// Number in the whole sheet of a surface triangle.
 inline PetscInt id_of_triangle(const Sheet& sheet, std::size_t triangle) {
   const auto lattice = static_cast<std::size_t>(sheet.lattice[triangle / 4]);
   return 4 * (sheet.persistent_id[lattice] - sheet.first_lattice_id) + static_cast<PetscInt>(triangle % 4);

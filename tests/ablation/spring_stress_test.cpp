@@ -20,7 +20,7 @@ constexpr double particle_mass = 0.2;  // [kg]
 struct TearScene {
   explicit TearScene(MPI_Comm comm = PETSC_COMM_WORLD)
       : sheet(shell_of(grid_mesh(cells, cells, edge), comm)),
-        living(sheet),
+        active(sheet),
         position(sheet.particles, 3),
         mass(sheet.particles, 1) {
     sheet.initial_mass.assign(sheet.initial_mass.size(), particle_mass);
@@ -55,7 +55,7 @@ struct TearScene {
   }
 
   Sheet sheet;
-  Living living;
+  ActiveSet active;
   std::array<std::vector<double>, 4> force;
   Field position;
   Field mass;
@@ -69,8 +69,8 @@ class Tearing {
       : stress_(sheet), cracks_(sheet, options, texture) {}
 
   std::vector<PetscInt> cracks(const TearScene& scene) {
-    const auto& stress = stress_.find(scene.living, scene.force, scene.position);
-    return cracks_.sides({scene.living, stress, scene.position, scene.mass, scene.pinned, min_mass});
+    const auto& stress = stress_.find(scene.active, scene.force, scene.position);
+    return cracks_.sides({scene.active, stress, scene.position, scene.mass, scene.pinned, min_mass});
   }
 
  private:
@@ -214,14 +214,14 @@ TEST(Tearing, what_is_pinned_at_both_ends_does_not_crack) {
 
 TEST(Tearing, what_has_cracked_does_not_crack_again) {
   TearScene scene;
-  scene.living.cracked.assign(scene.living.cracked.size(), true);
+  scene.active.cracked.assign(scene.active.cracked.size(), true);
   EXPECT_EQ(threshold(scene), 1000);
 }
 
 TEST(Tearing, what_has_burnt_does_not_crack) {
   TearScene scene;
-  scene.living.triangles.assign(scene.living.triangles.size(), false);
-  for (auto& springs : scene.living.springs) {
+  scene.active.triangles.assign(scene.active.triangles.size(), false);
+  for (auto& springs : scene.active.springs) {
     springs.assign(springs.size(), false);
   }
   EXPECT_EQ(threshold(scene), 1000);
@@ -230,10 +230,10 @@ TEST(Tearing, what_has_burnt_does_not_crack) {
 TEST(Tearing, char_and_texture_weaken) {
   TearScene scene;
   // A tenth of the strength is left at the least mass, 0.55 at half of the way.
-  for (const auto& [left, share] :
+  for (const auto& [left, fraction] :
        {std::pair{(1 + min_mass) / 2, 0.55}, {min_mass, 0.1}, {min_mass / 2, 0.1}, {1.0, 1.0}}) {
     scene.mass.values().setConstant(particle_mass * left);
-    EXPECT_NEAR(threshold(scene), 100 * share, 1e-6);
+    EXPECT_NEAR(threshold(scene), 100 * fraction, 1e-6);
   }
   // 0.5 at one particle and 2 everywhere else: the sides along y that end there have 1.25.
   std::vector<double> texture = level_by_id(scene.sheet, [](PetscInt id) { return id == 24 ? 0.5 : 2; });

@@ -87,7 +87,7 @@ Peak peak(const Surface& surface, int n, double length) {
     tension.push_back(at_a_crack_tip(middle(surface, e) - tip, size / n));
   }
   StressAverage average(surface, length, "ablation_");
-  const std::vector<double> found = average.of(tension, Living(surface));
+  const std::vector<double> found = average.of(tension, ActiveSet(surface));
   std::vector<std::array<double, 3>> own;
   for (PetscInt e = 0; e < surface.elements.owned; ++e) {
     const Eigen::Vector3d place = middle(surface, e) - tip;
@@ -120,16 +120,16 @@ TEST(StressAverage, keeps_what_is_uniform_also_round_what_has_burnt) {
   const Sheet sheet = shell_of(slit_mesh(12));
   const Membrane wall = wall_of(halved(slit_mesh(12)));
   for (const Surface* surface : {static_cast<const Surface*>(&sheet), static_cast<const Surface*>(&wall)}) {
-    Living living(*surface);
+    ActiveSet active(*surface);
     std::vector<double> tension(surface->element_mass.size(), 3);
-    for (std::size_t t = 0; t < living.triangles.size(); ++t) {
+    for (std::size_t t = 0; t < active.triangles.size(); ++t) {
       const std::size_t element = t / static_cast<std::size_t>(surface->triangles_per_element);
-      living.triangles[t] = surface->element_id[element] % 7 != 0;
-      tension[element] = living.triangles[t] ? 3 : 1e6;
+      active.triangles[t] = surface->element_id[element] % 7 != 0;
+      tension[element] = active.triangles[t] ? 3 : 1e6;
     }
     for (const double length : {1e-4, 0.2, 30.0, 1e6}) {
       StressAverage average(*surface, length, "ablation_");
-      const std::vector<double> found = average.of(tension, living);
+      const std::vector<double> found = average.of(tension, active);
       for (PetscInt e = 0; e < surface->elements.owned; ++e) {
         EXPECT_NEAR(found[e], surface->element_id[e] % 7 == 0 ? 0 : 3, 1e-5) << length;
       }
@@ -145,7 +145,7 @@ TEST(StressAverage, does_not_pass_through_a_crack) {
     tension.push_back(middle(sheet, e).y() < size / 2 ? 1 : 2);
   }
   StressAverage average(sheet, 0.1, "ablation_");
-  const std::vector<double> found = average.of(tension, Living(sheet));
+  const std::vector<double> found = average.of(tension, ActiveSet(sheet));
   for (PetscInt e = 0; e < sheet.elements.owned; ++e) {
     const Eigen::Vector3d place = middle(sheet, e);
     if (place.x() < 0.1) {  // four lengths from the tip
@@ -164,7 +164,7 @@ TEST(StressAverage, does_not_depend_on_the_ranks) {
       tension.push_back(1 + std::sin(static_cast<double>(id)));
     }
     StressAverage average(wall, 0.25, "ablation_");
-    const std::vector<double> found = average.of(tension, Living(wall));
+    const std::vector<double> found = average.of(tension, ActiveSet(wall));
     std::map<PetscInt, double> result;
     for (std::size_t e = 0; e < found.size(); ++e) {
       result[wall.element_id[e]] = found[e];

@@ -6,7 +6,7 @@
 
 #include "geometry/principal_axes.h"
 #include "meshing/closed_shapes.h"
-#include "surface/living.h"
+#include "surface/active_set.h"
 #include "surface/membrane.h"
 #include "surface/shell.h"
 #include "tests/support/grid_mesh.h"
@@ -31,7 +31,7 @@ class AirDragTest : public ::testing::Test {
 
   AirDrag begun(double time_end = 0) {
     AirDrag drag(sheet, air);
-    drag.begin_step({position, velocity, sheet.initial_mass, living, time_end});
+    drag.begin_step({position, velocity, sheet.initial_mass, active, time_end});
     return drag;
   }
 
@@ -49,7 +49,7 @@ class AirDragTest : public ::testing::Test {
   AirOptions air;
   Field position{sheet.particles, 3};
   Field velocity{sheet.particles, 3};
-  const std::vector<bool>* living = nullptr;
+  const std::vector<bool>* active = nullptr;
 };
 
 TEST_F(AirDragTest, HeldSheetTakesTheForceOfTheWind) {
@@ -63,8 +63,8 @@ TEST_F(AirDragTest, PointsHaveTheirShares) {
   air.wind.velocity = {{0, 0, 0, -4}};
   const AirDrag drag = begun();
   for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
-    const double share = sheet.initial_mass[i] / (SheetOptions().areal_density);
-    EXPECT_NEAR(drag.push(i)[2], -air.density / 2 * air.drag * 16 * share, 1e-12);
+    const double fraction = sheet.initial_mass[i] / (SheetOptions().areal_density);
+    EXPECT_NEAR(drag.push(i)[2], -air.density / 2 * air.drag * 16 * fraction, 1e-12);
   }
 }
 
@@ -98,7 +98,7 @@ TEST_F(AirDragTest, WhatHasBurntIsNotDragged) {
   for (std::size_t t = 0; t < half.size(); ++t) {
     half[t] = sheet.element_id[t / 4] % 2 == 0;
   }
-  living = &half;
+  active = &half;
   EXPECT_NEAR(total(begun())[2], whole / 2, 1e-12 * std::abs(whole));
 }
 

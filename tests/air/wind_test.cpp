@@ -25,9 +25,9 @@ TEST(Wind, FollowsItsKeyPoints) {
   options.velocity = {{1, 2, 0, -1}, {3, 6, 4, -1}};
   Wind wind(options);
   for (const double time : {0.0, 1.0, 1.5, 3.0, 7.0}) {
-    const double share = std::min(1.0, std::max(0.0, (time - 1) / 2));
+    const double fraction = std::min(1.0, std::max(0.0, (time - 1) / 2));
     wind.set_time(time);
-    EXPECT_LE((wind.at({3, 1, 4}) - Vector3d(2 + 4 * share, 4 * share, -1)).norm(), 1e-14) << time;
+    EXPECT_LE((wind.at({3, 1, 4}) - Vector3d(2 + 4 * fraction, 4 * fraction, -1)).norm(), 1e-14) << time;
   }
 }
 
@@ -128,10 +128,10 @@ TEST(Wind, MeanCarriesTheFluctuationsAlong) {
   Wind late(options);
   early.set_time(0.5);  // 2, 0, 1
   late.set_time(1);     // 3, 0, 2
-  const Vector3d way(2.5 * 0.5, 0, 1.5 * 0.5);
+  const Vector3d displacement(2.5 * 0.5, 0, 1.5 * 0.5);
   const Vector3d x(0.3, -0.4, 0.2);
   const Vector3d before = (early.at(x) - early.mean()) / early.mean().norm();
-  const Vector3d after = (late.at(x + way) - late.mean()) / late.mean().norm();
+  const Vector3d after = (late.at(x + displacement) - late.mean()) / late.mean().norm();
   EXPECT_GT(before.norm(), 0.01);
   EXPECT_LE((before - after).norm(), 1e-12);
 }

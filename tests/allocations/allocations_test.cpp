@@ -84,7 +84,7 @@ TEST_P(AllocationsOfAStep, AreNone) {
     stage->start();
   }
   for (const std::unique_ptr<Stage>& stage : stages.all) {
-    stage->follow();
+    stage->update_derived();
   }
   MotionStage& motion = *stages.motion;
   const GroupPlan plan = plan_of("", options);

@@ -4,7 +4,7 @@
 #include <mpi.h>
 #include <sys/resource.h>
 
-#include "tests/base/options_fixture.h"
+#include "tests/options/options_fixture.h"
 
 namespace pellicle {
 namespace {

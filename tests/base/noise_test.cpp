@@ -14,13 +14,13 @@ Eigen::Vector3d place(std::uint64_t n) {
   return 1000 * Eigen::Vector3d(noise(9, 3 * n), noise(9, 3 * n + 1), noise(9, 3 * n + 2));
 }
 
-/// Largest difference between the share of the numbers below a bound and that of a uniform number in [-1, 1].
+/// Largest difference between the fraction of the numbers below a bound and that of a uniform number in [-1, 1].
 double distance_from_uniform(std::vector<double> numbers) {
   std::sort(numbers.begin(), numbers.end());
   double distance = 0;
   for (std::size_t k = 0; k < numbers.size(); ++k) {
-    const double share = (static_cast<double>(k) + 0.5) / static_cast<double>(numbers.size());
-    distance = std::max(distance, std::abs((numbers[k] + 1) / 2 - share));
+    const double fraction = (static_cast<double>(k) + 0.5) / static_cast<double>(numbers.size());
+    distance = std::max(distance, std::abs((numbers[k] + 1) / 2 - fraction));
   }
   return distance;
 }

@@ -4,7 +4,8 @@
 //     OPENBLAS_NUM_THREADS=1 build/release/tests/benchmark_pellicle --benchmark_filter=ablation/.*100000
 //
 // - quiet: the level set and what it leaves dead, when nothing burns
-// - front: a step of the front: the level set, triangles and springs that die, particles that they held, the pieces
+// - front: a step of the front: the level set, triangles and springs that die, particles that they constrained, the
+// pieces
 // - pieces: of that the pieces
 //
 // One rank.
@@ -26,7 +27,7 @@ namespace {
 struct BurningSquare {
   explicit BurningSquare(int cells_a_side)
       : sheet(make_sheet(PETSC_COMM_SELF, rectangle_mesh({cells_a_side, cells_a_side}, {1, 1}), {})),
-        living(sheet),
+        active(sheet),
         ablation(sheet),
         pieces(initial_pieces(sheet)),
         mass(sheet.particles, 1) {
@@ -37,15 +38,15 @@ struct BurningSquare {
   void burn(double radius) {
     const Eigen::Vector3d middle = sheet.rest.rowwise().mean();
     for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
-      const double share = (sheet.rest.col(i) - middle).norm() < radius ? 0.2 : 1;
-      mass.data()[i] = share * sheet.initial_mass[i];
+      const double fraction = (sheet.rest.col(i) - middle).norm() < radius ? 0.2 : 1;
+      mass.data()[i] = fraction * sheet.initial_mass[i];
     }
   }
 
-  bool burn_away() { return ablation.burn_away(living, level_set(sheet, mass, 0.5)); }
+  bool burn_away() { return ablation.burn_away(active, level_set(sheet, mass, 0.5)); }
 
   Sheet sheet;
-  Living living;
+  ActiveSet active;
   Ablation ablation;
   Pieces pieces;
   Field mass;
@@ -68,8 +69,8 @@ void front(benchmark::State& state, int cells_a_side) {
     square.burn(radius);
     state.ResumeTiming();
     if (square.burn_away()) {
-      benchmark::DoNotOptimize(square.ablation.bare_particles(square.living, square.mass));
-      update_pieces(square.pieces, square.sheet, square.living, 1);
+      benchmark::DoNotOptimize(square.ablation.bare_particles(square.active, square.mass));
+      update_pieces(square.pieces, square.sheet, square.active, 1);
       ++eventful;
     }
   }
@@ -81,7 +82,7 @@ void pieces(benchmark::State& state, int cells_a_side) {
   square.burn(0.25);
   square.burn_away();
   for (auto _ : state) {
-    update_pieces(square.pieces, square.sheet, square.living, 1);
+    update_pieces(square.pieces, square.sheet, square.active, 1);
   }
 }
 

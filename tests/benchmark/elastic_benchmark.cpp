@@ -19,8 +19,8 @@
 #include "elastic/bending_potential.h"
 #include "elastic/inertia.h"
 #include "elastic/spring_potential.h"
+#include "energies/tangent.h"
 #include "meshing/generators.h"
-#include "solvers/tangent.h"
 #include "surface/shell.h"
 #include "tests/benchmark/triad.h"
 #include "tests/support/undeformed_springs.h"
@@ -39,25 +39,25 @@ void elastic_product(benchmark::State& state, int cells_a_side) {
   const auto particles = static_cast<std::size_t>(sheet.particles.local());
   const Stiffness stiffness = stiffness_of({});
   const Weave weave = weave_of(sheet, Eigen::Vector3d::UnitX());
-  const Living living(sheet);
+  const ActiveSet active(sheet);
   const std::vector<double> ones(particles, 1.0);
   SheetSprings material(sheet, stiffness, weave, {});
   SpringPotential springs(sheet);
-  springs.set(undeformed_springs(sheet, material.stiffness(living)));
+  springs.set(undeformed_springs(sheet, material.stiffness(active)));
   Field positions(sheet.particles, 3);
   positions.values() = sheet.rest;
   for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
     positions.vector(i).z() += 0.02 * std::sin(30 * sheet.rest(0, i)) * std::cos(20 * sheet.rest(1, i));
   }
   BendingPotential bending(sheet, weave, std::vector<bool>(particles, false));
-  bending.begin_step(living, positions, {ones, 0, stiffness.bending, ones, 0});
+  bending.begin_step(active, positions, {ones, 0, stiffness.bending, ones, 0});
   Inertia inertia(sheet.particles);
   const auto mass = [](std::size_t) { return 1; };
   inertia.set(positions, mass, 1);
   Tangent tangent(sheet.particles, {&springs, &bending, &inertia}, Projectors(particles), TangentMatrix::shell, "");
-  tangent.update(positions, Curvature::positive);
+  tangent.update(positions, Curvature::psd);
   std::ptrdiff_t with_stiffness = 0;
-  for (const std::vector<double>& of_colour : material.stiffness(living)) {
+  for (const std::vector<double>& of_colour : material.stiffness(active)) {
     with_stiffness += std::count_if(of_colour.begin(), of_colour.end(), [](double k) { return k > 0; });
   }
   const double bytes = 40.0 * static_cast<double>(with_stiffness) +

@@ -22,15 +22,15 @@
 #include <utility>
 #include <vector>
 
-#include "base/arguments.h"
 #include "base/error.h"
+#include "energies/tangent.h"
 #include "geometry/pressure_load.h"
+#include "linear/ksp.h"
 #include "meshing/closed_shapes.h"
+#include "options/arguments.h"
 #include "prism/damping_potential.h"
 #include "prism/wall.h"
 #include "prism/wall_potential.h"
-#include "solvers/ksp.h"
-#include "solvers/tangent.h"
 #include "surface/membrane.h"
 #include "tests/benchmark/triad.h"
 #include "tests/support/alone.h"
@@ -59,10 +59,10 @@ struct Inflated {
     mass = vertex_masses(membrane, wall);
     volume_gradient = Eigen::Matrix3Xd::Zero(3, membrane.particles.local());
     for (const auto& [a, b, c] : membrane.triangles) {
-      const Eigen::Vector3d share = area_vector(positions.vector(a), positions.vector(b), positions.vector(c)) / 3;
+      const Eigen::Vector3d fraction = area_vector(positions.vector(a), positions.vector(b), positions.vector(c)) / 3;
       volume += enclosed_volume(positions.vector(a), positions.vector(b), positions.vector(c));
       for (const PetscInt i : {a, b, c}) {
-        volume_gradient.col(i) += share;
+        volume_gradient.col(i) += fraction;
       }
     }
     force = pressure * volume_gradient;
@@ -309,14 +309,14 @@ struct Way {
   std::optional<double> ksp_rtol = std::nullopt;
 };
 
-void step(benchmark::State& state, const Way& way, const std::string& deck) {
+void step(benchmark::State& state, const Way& displacement, const std::string& deck) {
   const HalfBlown& half_blown = Made<std::string, HalfBlown>::of(deck);
   Options options = half_blown.options;
-  options.prism.mat_type = way.mat_type;
-  options.prism.tangent = way.tangent;
-  options.gas.tangent = way.gas_tangent;
-  options.prism.ksp_rtol = way.ksp_rtol;
-  set(way.petsc);
+  options.prism.mat_type = displacement.mat_type;
+  options.prism.tangent = displacement.tangent;
+  options.gas.tangent = displacement.gas_tangent;
+  options.prism.ksp_rtol = displacement.ksp_rtol;
+  set(displacement.petsc);
   Alone balloon(half_blown.mesh, options, ChainKind::inflate, PETSC_COMM_SELF);
   AloneStep result;
   const auto advance = [&] {
@@ -333,7 +333,7 @@ void step(benchmark::State& state, const Way& way, const std::string& deck) {
   state.counters["newton"] = result.newton_iterations;
   state.counters["iterations"] = result.motion_iterations;
   state.counters["residual"] = result.balance.residual;
-  clear(way.petsc);
+  clear(displacement.petsc);
 }
 
 [[maybe_unused]] const bool prism_registered = [] {
@@ -358,8 +358,8 @@ void step(benchmark::State& state, const Way& way, const std::string& deck) {
       "ours", PrismOptions{}.mat_type.name(), PrismOptions{}.tangent.name(), GasOptions{}.tangent.name(), {}};
   const Way paper{"paper", "shell", "paper", "paper", {{"pc_type", "none"}}, 1e-6};
   const Way pbjacobi{"pbjacobi", "baij", "exact", "exact", {{"pc_type", "pbjacobi"}}};
-  for (const Way& way : {paper, pbjacobi, ours}) {
-    add("step/teddy/" + way.name, step, way, "teddy");
+  for (const Way& displacement : {paper, pbjacobi, ours}) {
+    add("step/teddy/" + displacement.name, step, displacement, "teddy");
   }
   return true;
 }();

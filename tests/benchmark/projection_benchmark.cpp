@@ -32,9 +32,9 @@ struct WrinkledSheet {
   std::vector<double> mass;
   std::vector<bool> pinned;
   Field positions;
-  Living living{sheet};
+  ActiveSet active{sheet};
 
-  ProjectionInput input() const { return {target_length, mass, pinned, living}; }
+  ProjectionInput input() const { return {target_length, mass, pinned, active}; }
   PetscInt springs() const {
     PetscInt count = 0;
     for (const SpringSet& set : sheet.springs) {
@@ -67,7 +67,7 @@ std::unique_ptr<WrinkledSheet> make_wrinkled_sheet(int cells_a_side) {
   wrinkled->mass = sheet.initial_mass;
   wrinkled->pinned.assign(wrinkled->mass.size(), false);
   wrinkled->positions = Field(sheet.particles, 3);
-  wrinkled->living = Living(sheet);
+  wrinkled->active = ActiveSet(sheet);
   Field& x = wrinkled->positions;
   x.values() = perturbed_positions(sheet, options);
   Eigen::MatrixXd displacement = Eigen::MatrixXd::Zero(3, sheet.particles.local());

@@ -120,9 +120,9 @@ TEST_F(ConstraintsTest, skew_planes_give_orthogonal_projectors) {
 }
 
 TEST_F(ConstraintsTest, pinned_vertices_do_not_move) {
-  PinOptions held;
-  held.vertices = {3, 7, 40};
-  expect_projectors(make({{"left", plane({0, 0, 0}, {1, 0, 0})}}, {{"held", held}}), [](int id) {
+  PinOptions constrained;
+  constrained.vertices = {3, 7, 40};
+  expect_projectors(make({{"left", plane({0, 0, 0}, {1, 0, 0})}}, {{"held", constrained}}), [](int id) {
     return id == 3 || id == 7 || id == 40 ? along(0, 0, 0)
            : is_corner(id) && id % 7 == 0 ? along(0, 1, 1)
                                           : along(1, 1, 1);

@@ -48,9 +48,9 @@ class BodyContactTest : public ::testing::Test {
     }
     return result;
   }
-  Field sum(const Field& a, const Field& b, double share) const {
+  Field sum(const Field& a, const Field& b, double fraction) const {
     Field result(sheet.particles, 3);
-    result.values() = a.values() + share * b.values();
+    result.values() = a.values() + fraction * b.values();
     return result;
   }
 
@@ -154,7 +154,7 @@ TEST_F(BodyContactTest, the_hessian_is_exact_for_planes_and_positive) {
     potential.begin_step(start, 0.1, 0.1);
     const Field x = sum(start, wave(0.005), 1);
     const Field direction = wave(1);
-    potential.update_hessian(x, Curvature::positive);
+    potential.update_hessian(x, Curvature::psd);
     const Product product(potential, sheet.particles, direction);
     potential.add_hessian(product);
     double curvature = product.result().cwiseProduct(direction.values().leftCols(sheet.particles.owned)).sum();

@@ -37,12 +37,12 @@ Body hot_body(Shape shape, const Vector3d& place, const Vector3d& turn = Vector3
 /// What body_conductance asks for, of a surface as it stands.
 struct Standing {
   explicit Standing(const Surface& surface)
-      : positions(rest_positions(surface)), mass(initial_masses(surface)), living(surface) {}
-  BodyHeatInput input(double h = 0.01) const { return {positions, mass, living, 0, h, capacity, resting_gap}; }
+      : positions(rest_positions(surface)), mass(initial_masses(surface)), active(surface) {}
+  BodyHeatInput input(double h = 0.01) const { return {positions, mass, active, 0, h, capacity, resting_gap}; }
 
   Field positions;
   Field mass;
-  Living living;
+  ActiveSet active;
 };
 
 /// The area that would take as much heat if it touched the body. Collective.
@@ -259,7 +259,7 @@ TEST(BodyHeat, a_sheet_of_two_layers_takes_heat_on_either_side) {
 TEST(BodyHeat, dead_triangles_take_none_and_the_rest_of_a_cell_gets_evenly_hotter) {
   const Sheet sheet = shell_of(square(10), 0);
   Standing standing(sheet);
-  standing.living =
+  standing.active =
       without(sheet, [](const Vector3d& x) { return x.x() < 0 || (x.x() < 0.01 && x.y() > 0 && x.y() < 0.04); });
   const Body plane = hot_body(HalfSpace{}, {0, 0, 0});
   EXPECT_NEAR(touching_area(sheet, plane, standing.input()), 0.08 - 0.04 * 0.04 / 4, 1e-14);

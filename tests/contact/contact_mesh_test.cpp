@@ -37,7 +37,7 @@ class ContactMeshTest : public ::testing::Test {
     return {box.min().array() - wider, box.max().array() + wider};
   }
 
-  /// The drawn triangles that live, by the names of their corners, in order.
+  /// The surface triangles that live, by the names of their corners, in order.
   std::vector<std::array<Name, 3>> drawn(const Element& element) const {
     std::vector<std::array<Name, 3>> result;
     const auto& corners = element.corners;

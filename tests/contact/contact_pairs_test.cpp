@@ -8,7 +8,7 @@
 #include <set>
 #include <tuple>
 
-#include "contact/lips.h"
+#include "contact/crack_faces.h"
 #include "tests/contact/facing_surfaces.h"
 
 namespace pellicle {
@@ -42,7 +42,7 @@ class ContactPairsTest : public ::testing::Test {
     return {are_edges, first, second};
   }
 
-  /// All points and drawn triangles of both surfaces, on every rank.
+  /// All points and surface triangles of both surfaces, on every rank.
   void draw(const FacingSurfaces& scene) {
     int rank = 0;
     MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
@@ -97,8 +97,8 @@ class ContactPairsTest : public ::testing::Test {
     const auto apart = [&](const std::array<Eigen::Vector3d, 4>& places) {
       return (are_edges ? nearest_of_edges(places) : nearest_of_point_and_triangle(places)).apart;
     };
-    const Eigen::Vector3d way = apart(corners(&Point::place));
-    const double distance = way.norm();
+    const Eigen::Vector3d displacement = apart(corners(&Point::place));
+    const double distance = displacement.norm();
     std::array<double, 2> nearer{-1, -1};
     for (std::size_t i = 0; i < 4; ++i) {
       for (int corner = 0; corner < 8; ++corner) {  // of the box of its displacements
@@ -106,7 +106,8 @@ class ContactPairsTest : public ::testing::Test {
         for (int axis = 0; axis < 3; ++axis) {
           to[axis] = (corner >> axis) % 2 == 0 ? of[i]->low[axis] : of[i]->high[axis];
         }
-        nearer[i < split ? 0 : 1] = std::max(nearer[i < split ? 0 : 1], (i < split ? -1 : 1) * way.dot(to) / distance);
+        nearer[i < split ? 0 : 1] =
+            std::max(nearer[i < split ? 0 : 1], (i < split ? -1 : 1) * displacement.dot(to) / distance);
       }
     }
     const double nearest = distance - nearer[0] - nearer[1];
@@ -118,18 +119,18 @@ class ContactPairsTest : public ::testing::Test {
     if (!is_owned || nearest >= thickness || nearest >= std::max(presses_from, (1 - room_share) * distance)) {
       return;
     }
-    double share = are_lips ? 1 / (lip_share * lip_share) : 1;
+    double fraction = are_lips ? 1 / (lip_share * lip_share) : 1;
     double area = of[0]->area / 2;
     if (are_edges) {
       const Eigen::Vector3d one = of[1]->start - of[0]->start;
       const Eigen::Vector3d other = of[3]->start - of[2]->start;
       const double least_sine = std::min(0.1, presses_from / std::max(one.norm(), other.norm()));
       const double c = std::min(1.0, std::pow(one.cross(other).norm() / (one.norm() * other.norm() * least_sine), 2));
-      share *= c * (2 - c);
+      fraction *= c * (2 - c);
       area = (of[0]->area + of[1]->area + of[2]->area + of[3]->area) / 16;
     }
     const double stiffness =
-        share * area * std::min(FacingSurfaces::stiffness[of[0]->part], FacingSurfaces::stiffness[of[2]->part]);
+        fraction * area * std::min(FacingSurfaces::stiffness[of[0]->part], FacingSurfaces::stiffness[of[2]->part]);
     expected_[name_of(are_edges, first, second)] = {distance, presses_from, stiffness, nearest < presses_from};
   }
 

@@ -111,8 +111,8 @@ TEST(Untangle, PartsWhatTouches) {
       const SurfaceMesh mesh = both(folded_strip({0, 0}), folded_strip({0, 0}, shift));
       TangledMesh tangle;
       tangle.particles = mesh.points;
-      tangle.held.assign(mesh.points.size(), false);
-      std::fill_n(tangle.held.begin(), 6, is_held);
+      tangle.constrained.assign(mesh.points.size(), false);
+      std::fill_n(tangle.constrained.begin(), 6, is_held);
       for (const std::vector<int>& face : mesh.faces) {
         tangle.triangles.push_back({face[0], face[1], face[2]});
       }

@@ -30,7 +30,7 @@ class FacingSurfaces {
   struct Element {
     std::size_t part;
     std::vector<PetscInt> corners;  ///< numbers of its particles
-    std::vector<bool> lives;        ///< its drawn triangles
+    std::vector<bool> lives;        ///< its surface triangles
     double area;                    ///< [m^2]
   };
 
@@ -128,15 +128,15 @@ class FacingSurfaces {
     return name;
   }
 
-  /// Takes drawn triangles away, by the elements' flags. To be called before triangles are gathered.
+  /// Takes surface triangles away, by the elements' flags. To be called before triangles are gathered.
   void let_die() {
     for (std::size_t part = 0; part < 2; ++part) {
-      std::vector<bool> living;
+      std::vector<bool> active;
       for (const PetscInt id : of_part(part).element_id) {
         const std::vector<bool>& lives = elements[id + (part == 0 ? 0 : first_of_membrane())].lives;
-        living.insert(living.end(), lives.begin(), lives.end());
+        active.insert(active.end(), lives.begin(), lives.end());
       }
-      surface.set_living(part, living);
+      surface.set_active(part, active);
     }
   }
   /// First element of the membrane.

@@ -6,9 +6,9 @@
 #include <cmath>
 
 #include "contact/crossings.h"
+#include "energies/tangent.h"
+#include "linear/shell_operations.h"
 #include "meshing/triangulation.h"
-#include "solvers/shell_operations.h"
-#include "solvers/tangent.h"
 #include "surface/membrane.h"
 #include "surface/shell.h"
 #include "tests/support/by_id.h"
@@ -156,8 +156,8 @@ TEST_P(SurfaceContactTest, ForcesAreMinusTheGradientAndInBalance) {
   const Eigen::Matrix3Xd here = gradient(contact, x);
   constexpr double step = 1e-8;
   Field moved(surface().particles, 3);
-  const auto value_at = [&](double share) {
-    moved.values() = x.values() + share * w.values();
+  const auto value_at = [&](double fraction) {
+    moved.values() = x.values() + fraction * w.values();
     return sum(contact.value(moved));
   };
   const double slope = (value_at(step) - value_at(-step)) / (2 * step);
@@ -197,8 +197,8 @@ TEST_P(SurfaceContactTest, TheExactSecondDerivativeIsThatOfTheForces) {
   const Field w = direction();
   const Projectors projectors(static_cast<std::size_t>(surface().particles.local()));
   Tangent tangent(surface().particles, {&contact}, projectors, TangentMatrix::baij, "contact_test_");
-  tangent.move_on(x);
-  tangent.move_on(x);  // The direction of friction follows an iteration behind.
+  tangent.update_pattern(x);
+  tangent.update_pattern(x);  // The direction of friction follows an iteration behind.
   tangent.update(x, Curvature::exact);
   VecHandle in;
   VecHandle out;
@@ -212,8 +212,8 @@ TEST_P(SurfaceContactTest, TheExactSecondDerivativeIsThatOfTheForces) {
 
   constexpr double step = 1e-8;
   Field moved(surface().particles, 3);
-  const auto gradient_at = [&](double share) {
-    moved.values() = x.values() + share * w.values();
+  const auto gradient_at = [&](double fraction) {
+    moved.values() = x.values() + fraction * w.values();
     return gradient(contact, moved);
   };
   const Eigen::Matrix3Xd expected = (gradient_at(step) - gradient_at(-step)) / (2 * step);
@@ -281,7 +281,7 @@ TEST_P(SurfaceContactTest, NothingPassesThroughAnything) {
     x.values() = -0.5 * start.values();
     contact.start_from(start, x, 1e-3);
     for (int iteration = 0; iteration < 4; ++iteration) {
-      contact.move_on(x);
+      contact.update_pattern(x);
       Eigen::Matrix3Xd whole = -x.values().leftCols(surface().particles.owned) * 1.5;
       const Eigen::Matrix3Xd given = whole;
       const StepLimit how = iteration % 2 == 0 ? StepLimit::each_vertex : StepLimit::all_alike;
@@ -324,7 +324,7 @@ TEST_P(SurfaceContactTest, CoincidentVerticesAndDegenerateTrianglesStayFinite) {
     EXPECT_LE(step.norm(), whole);
     x.values().leftCols(step.cols()) += step;
     x.update_ghosts();
-    contact.move_on(x);
+    contact.update_pattern(x);
   }
 }
 
@@ -332,12 +332,12 @@ TEST_P(SurfaceContactTest, LatticePointsAreHeldBackWithTheirCorners) {
   if (!surface().has_quads()) {
     GTEST_SKIP() << "triangles have no lattice points";
   }
-  std::vector<bool> held(surface().is_lattice.size());
-  for (std::size_t i = 0; i < held.size(); ++i) {
-    held[i] = surface().persistent_id[i] % 5 == 0;
+  std::vector<bool> constrained(surface().is_lattice.size());
+  for (std::size_t i = 0; i < constrained.size(); ++i) {
+    constrained[i] = surface().persistent_id[i] % 5 == 0;
   }
   SurfaceContact contact({{&surface(), thickness, stiffness}}, options_, false);
-  contact.set_surface(held, nullptr);
+  contact.set_surface(constrained, nullptr);
   const Field start = roll(1.5 * thickness);
   Field x = roll(1.5 * thickness);
   contact.start_from(start, x, 1e-3);
@@ -354,7 +354,7 @@ TEST_P(SurfaceContactTest, LatticePointsAreHeldBackWithTheirCorners) {
     for (const PetscInt corner : surface().cells[e]) {
       mean += back.vector(corner) / 4;
     }
-    if (held[lattice]) {
+    if (constrained[lattice]) {
       mean.setZero();
     }
     EXPECT_LT((back.vector(lattice) - mean).norm(), 1e-15) << "cell " << e;

@@ -17,7 +17,7 @@ void add(TangledMesh& tangle, const SurfaceMesh& mesh, const Eigen::Affine3d& mo
   const auto first = static_cast<int>(tangle.particles.size());
   for (const Eigen::Vector3d& point : mesh.points) {
     tangle.particles.push_back(motion * point);
-    tangle.held.push_back(false);
+    tangle.constrained.push_back(false);
   }
   for (const auto& face : mesh.faces) {
     if (face.size() == 4) {
@@ -78,8 +78,8 @@ TEST(Untangle, BallsThatOverlapComeApart) {
 TEST(Untangle, WhatIsHeldStays) {
   TangledMesh tangle;
   add(tangle, grid_mesh(6, 6, edge), Eigen::Affine3d::Identity());
-  tangle.held.assign(tangle.held.size(), true);
-  const std::size_t held = tangle.held.size();
+  tangle.constrained.assign(tangle.constrained.size(), true);
+  const std::size_t constrained = tangle.constrained.size();
   add(tangle, grid_mesh(3, 3, edge),
       Eigen::Translation3d(0.13, 0.17, -0.03) * Eigen::AngleAxisd(0.5, Eigen::Vector3d(1, -1, 0).normalized()));
   finish(tangle);
@@ -87,7 +87,7 @@ TEST(Untangle, WhatIsHeldStays) {
   ASSERT_GT(crossings(before), 0);
   EXPECT_EQ(untangle(tangle), 0);
   EXPECT_EQ(crossings(tangle), 0);
-  for (std::size_t i = 0; i < held; ++i) {
+  for (std::size_t i = 0; i < constrained; ++i) {
     EXPECT_EQ(tangle.particles[i], before.particles[i]);
   }
 }
@@ -99,8 +99,8 @@ TangledMesh pierced_sheet(bool is_strip_held, bool is_sheet_held) {
   const auto sheet = static_cast<std::ptrdiff_t>(tangle.particles.size());
   const Eigen::AngleAxisd upright(-M_PI / 2, Eigen::Vector3d::UnitY());
   add(tangle, grid_mesh(8, 2, edge), Eigen::Translation3d(0.53, 0.42, -0.37) * upright);
-  std::fill(tangle.held.begin(), tangle.held.begin() + sheet, is_sheet_held);
-  std::fill(tangle.held.begin() + sheet, tangle.held.end(), is_strip_held);
+  std::fill(tangle.constrained.begin(), tangle.constrained.begin() + sheet, is_sheet_held);
+  std::fill(tangle.constrained.begin() + sheet, tangle.constrained.end(), is_strip_held);
   finish(tangle);
   return tangle;
 }
@@ -111,11 +111,11 @@ TEST(Untangle, AStripThatLiesStraightThroughASheetGoesBesideIt) {
   ASSERT_GT(crossings(before), 0);
   EXPECT_EQ(untangle(tangle), 0);
   EXPECT_EQ(crossings(tangle), 0);
-  const Eigen::Vector3d way = tangle.particles.back() - before.particles.back();
-  EXPECT_LT(way.norm(), 0.5 + edge) << "out by its shorter side";
+  const Eigen::Vector3d displacement = tangle.particles.back() - before.particles.back();
+  EXPECT_LT(displacement.norm(), 0.5 + edge) << "out by its shorter side";
   for (std::size_t i = 0; i < tangle.particles.size(); ++i) {
     const bool is_of_strip = i >= 121;
-    const Eigen::Vector3d moved = is_of_strip ? way : Eigen::Vector3d::Zero();
+    const Eigen::Vector3d moved = is_of_strip ? displacement : Eigen::Vector3d::Zero();
     EXPECT_LT((tangle.particles[i] - before.particles[i] - moved).norm(), 1e-12);
   }
 }

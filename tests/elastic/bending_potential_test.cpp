@@ -36,7 +36,7 @@ struct Bent {
       : sheet(std::move(made)),
         none(static_cast<std::size_t>(sheet.particles.local()), false),
         ones(none.size(), 1),
-        living(sheet),
+        active(sheet),
         x(sheet.particles, 3),
         potential(sheet, weave_of(sheet, Eigen::Vector3d::UnitX()), none),
         stiffness(stiffness_of) {
@@ -44,7 +44,7 @@ struct Bent {
     begin(ones);
   }
   void begin(const std::vector<double>& shrinkage, double layer_distance = 0, double damping_over_step = 0) {
-    potential.begin_step(living, x, {shrinkage, layer_distance, stiffness, ones, damping_over_step});
+    potential.begin_step(active, x, {shrinkage, layer_distance, stiffness, ones, damping_over_step});
   }
   double energy() const {
     double sum = potential.value(x);
@@ -60,7 +60,7 @@ struct Bent {
   Sheet sheet;
   std::vector<bool> none;
   std::vector<double> ones;
-  Living living;
+  ActiveSet active;
   Field x;
   BendingPotential potential;
   std::array<double, 2> stiffness;
@@ -111,7 +111,7 @@ TEST(BendingPotentialTest, beside_dead_cells_is_an_edge) {
   Bent rest(one_surface(PETSC_COMM_WORLD, grid_mesh(6, 5, 0.1)));
   for (std::size_t cell = 0; cell < whole.sheet.cells.size(); ++cell) {
     if (whole.sheet.rest(0, whole.sheet.lattice[cell]) > 0.6) {
-      std::fill_n(whole.living.triangles.begin() + static_cast<std::ptrdiff_t>(4 * cell), 4, false);
+      std::fill_n(whole.active.triangles.begin() + static_cast<std::ptrdiff_t>(4 * cell), 4, false);
     }
   }
   for (Bent* bent : {&whole, &rest}) {
@@ -128,7 +128,7 @@ TEST(BendingPotentialTest, beside_dead_cells_is_an_edge) {
 TEST(BendingPotentialTest, nothing_acts_on_a_dead_cell) {
   Bent bent(one_surface(PETSC_COMM_SELF, grid_mesh(5, 5, 0.1)));
   constexpr std::size_t middle = 12;
-  std::fill_n(bent.living.triangles.begin() + 4 * middle, 4, false);
+  std::fill_n(bent.active.triangles.begin() + 4 * middle, 4, false);
   std::vector<double> uneven = bent.ones;  // Without moments no normal is needed.
   for (std::size_t i = 0; i < uneven.size(); ++i) {
     uneven[i] = bent.sheet.is_lattice[i] ? 0.9 : 1;
@@ -215,7 +215,7 @@ Change change_of_a_wavy_sheet(double height, double damping_over_step) {
     const auto id = static_cast<double>(bent.sheet.persistent_id[i]);
     change.by.col(i) = Eigen::Vector3d(std::sin(7 * id), std::sin(11 * id + 1), std::sin(13 * id + 2));
   }
-  bent.potential.update_hessian(bent.x, Curvature::positive);
+  bent.potential.update_hessian(bent.x, Curvature::psd);
   change.product = product_of(bent.potential, count, change.by);
   const std::vector<VertexPair> pattern = bent.potential.pattern();
   struct Sums : HessianBlocks {
@@ -260,7 +260,7 @@ std::map<PetscInt, std::array<Eigen::Vector3d, 2>> gradient_and_product(MPI_Comm
   }
   bent.begin(bent.ones, 0, 0.5);
   const Eigen::Matrix3Xd gradient = bent.gradient();
-  bent.potential.update_hessian(bent.x, Curvature::positive);
+  bent.potential.update_hessian(bent.x, Curvature::psd);
   const Eigen::Matrix3Xd product = product_of(bent.potential, bent.sheet.particles.owned, w);
   std::map<PetscInt, std::array<Eigen::Vector3d, 2>> result;
   for (PetscInt i = 0; i < bent.sheet.particles.owned; ++i) {

@@ -13,10 +13,10 @@
 #include "base/error.h"
 #include "elastic/bending_potential.h"
 #include "elastic/spring_potential.h"
-#include "solvers/ksp.h"
-#include "solvers/rigid_patches.h"
-#include "solvers/tangent.h"
-#include "solvers/vertex_potential.h"
+#include "energies/rigid_patches.h"
+#include "energies/tangent.h"
+#include "energies/vertex_potential.h"
+#include "linear/ksp.h"
 #include "surface/shell.h"
 #include "tests/support/grid_mesh.h"
 #include "tests/support/undeformed_springs.h"
@@ -48,19 +48,19 @@ class Crumpled {
         projectors.bind(static_cast<std::size_t>(i), along * along.transpose());
       }
     }
-    const Living living(sheet_);
+    const ActiveSet active(sheet_);
     const std::vector<double> ones(projectors.size(), 1);
     const Stiffness stiffness = stiffness_of({});
     SheetSprings material(sheet_, stiffness, weave_of(sheet_, Eigen::Vector3d::UnitX()), {});
-    springs_.set(undeformed_springs(sheet_, material.stiffness(living)));
+    springs_.set(undeformed_springs(sheet_, material.stiffness(active)));
     Field start(sheet_.particles, 3);
     start.values() = sheet_.rest;
     start.values().row(2) = 0.1 * (5 * sheet_.rest.row(0)).array().sin();  // Normals differ.
     constexpr double viscosity = 3;
-    bending_.begin_step(living, start, {ones, 0, {1, 2}, ones, viscosity});
+    bending_.begin_step(active, start, {ones, 0, {1, 2}, ones, viscosity});
     tangent.emplace(sheet_.particles, std::vector<Potential*>{&springs_, &bending_, inertia_.get()}, projectors,
                     TangentMatrix::shell, "");
-    tangent->update(x, Curvature::positive);
+    tangent->update(x, Curvature::psd);
   }
 
   const std::vector<std::array<PetscInt, 3>>& triangles() const { return sheet_.triangles; }
@@ -101,7 +101,7 @@ TEST(CoarseLevel, IsTheTangentBetweenMotionsOfPatches) {
   const KspHandle solver = make_ksp(fine, fine, "coarse_level_test_", defaults);
   const auto patches = RigidPatches::of(solver, *sheet.tangent, sheet.triangles(), 20);
   ASSERT_NE(patches, nullptr);
-  patches->renew(sheet.x);
+  patches->refresh(sheet.x);
 
   PC pc = nullptr;
   KSP coarse_solver = nullptr;

@@ -52,7 +52,7 @@ TEST(SheetSpringsTest, an_even_strain_has_the_energy_of_the_material) {
     const Sheet sheet = sheet_of(aspect, 0);
     const std::array<std::vector<double>, 4> springs =
         SheetSprings(sheet, stiffness, weave_of(sheet, Eigen::Vector3d::UnitX()), MaterialFactors())
-            .stiffness(Living(sheet));
+            .stiffness(ActiveSet(sheet));
     const double area = 0.8 * 0.6 / aspect;
     const auto energy = [&](const Eigen::Matrix2d& strain) { return energy_per_area(sheet, springs, strain, area); };
     const double c11 = 2 * energy(strain_of(1, 0, 0));
@@ -74,11 +74,11 @@ TEST(SheetSpringsTest, textures_and_directions_change_what_they_should) {
   const Sheet sheet = sheet_of(1, 0);
   const std::array<std::vector<double>, 4> along_y =
       SheetSprings(sheet, stiffness, weave_of(sheet, Eigen::Vector3d::UnitY()), MaterialFactors())
-          .stiffness(Living(sheet));
+          .stiffness(ActiveSet(sheet));
   const std::vector<double> half(sheet.particles.local(), 0.5);
   const std::array<std::vector<double>, 4> softer =
       SheetSprings(sheet, stiffness, weave_of(sheet, Eigen::Vector3d::UnitY()), MaterialFactors{half, half, {}})
-          .stiffness(Living(sheet));
+          .stiffness(ActiveSet(sheet));
   const SpringSet& green = sheet.of(Colour::green);
   for (PetscInt s = 0; s < green.owned(); ++s) {
     const auto [a, b] = green.ends[s];
@@ -94,22 +94,22 @@ TEST(SheetSpringsTest, dead_springs_have_none_though_a_triangle_lives) {
   Stiffness stiffness;
   stiffness.tensile = {900, 700};
   stiffness.shear = 250;
-  Living living(sheet);
+  ActiveSet active(sheet);
   // Of each cell one triangle is left, so that some springs hold corners without a surface.
-  for (std::size_t t = 0; t < living.triangles.size(); ++t) {
-    living.triangles[t] = t % 4 == 0;
+  for (std::size_t t = 0; t < active.triangles.size(); ++t) {
+    active.triangles[t] = t % 4 == 0;
   }
   const auto stiff = [&](Colour colour) {
     const std::vector<double> springs =
         SheetSprings(sheet, stiffness, weave_of(sheet, Eigen::Vector3d::UnitX()), MaterialFactors())
-            .stiffness(living)[static_cast<std::size_t>(colour)];
+            .stiffness(active)[static_cast<std::size_t>(colour)];
     const auto owned = static_cast<std::size_t>(sheet.of(colour).owned());
     return std::count_if(springs.begin(), springs.begin() + static_cast<std::ptrdiff_t>(owned),
                          [](double k) { return k > 0; });
   };
   for (const Colour colour : all_colours) {
     EXPECT_TRUE(sheet.of(colour).owned() == 0 || stiff(colour) > 0) << static_cast<int>(colour);
-    std::vector<bool>& springs = living.springs[static_cast<std::size_t>(colour)];
+    std::vector<bool>& springs = active.springs[static_cast<std::size_t>(colour)];
     springs.assign(springs.size(), false);
     EXPECT_EQ(stiff(colour), 0) << static_cast<int>(colour);
   }

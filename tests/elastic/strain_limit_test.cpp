@@ -8,8 +8,8 @@
 
 #include "elastic/spring_potential.h"
 #include "geometry/principal_axes.h"
-#include "surface/net_strain.h"
 #include "surface/shell.h"
+#include "surface/weave_strain.h"
 #include "tests/support/grid_mesh.h"
 #include "tests/support/initial_lengths.h"
 #include "tests/support/product.h"
@@ -57,10 +57,10 @@ TEST(StrainLimitTest, nothing_acts_below_its_begin_and_no_curvature_jumps) {
 TEST(StrainLimitTest, it_grows_without_bound_towards_the_limit) {
   StrainLimit limit{0.1, 3, 0};
   double before = 0;
-  for (const double share : {0.9, 0.99, 0.999}) {
-    limit.exact_to = share;
-    const double slope = limit.at(1.08 + 0.02 * share, 1).slope;
-    EXPECT_NEAR(slope, 3 * 0.02 * share * share * (3 - share) / std::pow(1 - share, 3), 1e-6 * slope);
+  for (const double fraction : {0.9, 0.99, 0.999}) {
+    limit.exact_to = fraction;
+    const double slope = limit.at(1.08 + 0.02 * fraction, 1).slope;
+    EXPECT_NEAR(slope, 3 * 0.02 * fraction * fraction * (3 - fraction) / std::pow(1 - fraction, 3), 1e-6 * slope);
     EXPECT_GT(slope, 500 * before);
     before = slope;
   }
@@ -72,12 +72,12 @@ struct Pulled {
       : sheet(limited_sheet(PETSC_COMM_SELF, grid_mesh(3, 2, 0.1))),
         x(sheet.particles, 3),
         springs(sheet),
-        living(sheet) {
-    living.springs[static_cast<std::size_t>(Colour::blue)][0] = false;
+        active(sheet) {
+    active.springs[static_cast<std::size_t>(Colour::blue)][0] = false;
     springs.set([this](Colour colour, std::size_t s) {
       return SpringPotential::Hooke{colour == Colour::yellow ? 0.0 : 5.0, sheet.of(colour).initial_length[s]};
     });
-    springs.set_limit(StrainLimit{0.1, 5, 0.8}, initial_lengths(sheet), living.springs);
+    springs.set_limit(StrainLimit{0.1, 5, 0.8}, initial_lengths(sheet), active.springs);
     x.values() = sheet.rest;
     for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
       const auto id = static_cast<double>(sheet.persistent_id[i]);
@@ -103,7 +103,7 @@ struct Pulled {
   Sheet sheet;
   Field x;
   SpringPotential springs;
-  Living living;
+  ActiveSet active;
 };
 
 TEST(StrainLimitTest, gradient_and_hessian_of_the_springs_are_derivatives) {
@@ -129,7 +129,7 @@ TEST(StrainLimitTest, gradient_and_hessian_of_the_springs_are_derivatives) {
 
 TEST(StrainLimitTest, the_positive_hessian_is_positive_and_at_least_the_exact_one) {
   Pulled pulled;
-  const Eigen::MatrixXd positive = pulled.hessian(Curvature::positive);
+  const Eigen::MatrixXd positive = pulled.hessian(Curvature::psd);
   const Eigen::MatrixXd left_out = positive - pulled.hessian(Curvature::exact);
   const double scale = positive.norm();
   EXPECT_GT(principal_axes(positive).values.minCoeff(), -1e-12 * scale);
@@ -139,10 +139,10 @@ TEST(StrainLimitTest, the_positive_hessian_is_positive_and_at_least_the_exact_on
 TEST(StrainLimitTest, what_has_died_has_no_limit) {
   Pulled pulled;
   const auto blue = static_cast<std::size_t>(Colour::blue);
-  for (auto& springs : pulled.living.springs) {
+  for (auto& springs : pulled.active.springs) {
     springs.assign(springs.size(), false);
   }
-  pulled.springs.set_limit(StrainLimit{0.1, 5, 0.8}, initial_lengths(pulled.sheet), pulled.living.springs);
+  pulled.springs.set_limit(StrainLimit{0.1, 5, 0.8}, initial_lengths(pulled.sheet), pulled.active.springs);
   EXPECT_EQ(pulled.springs.largest_share(pulled.x), 0);
   const auto& [a, b] = pulled.sheet.springs[blue].ends[0];
   const double stretch =

@@ -34,7 +34,7 @@ class CompliantConstraints {
     const Stiffness stiffness = stiffness_of(material);
     const Weave weave = weave_of(sheet, material.warp);
     SheetSprings springs(sheet, stiffness, weave, MaterialFactors());
-    const auto& of_springs = springs.stiffness(Living(sheet));
+    const auto& of_springs = springs.stiffness(ActiveSet(sheet));
     for (const Colour colour : all_colours) {
       const SpringSet& set = sheet.of(colour);
       for (std::size_t s = 0; s < set.ends.size(); ++s) {
@@ -45,7 +45,7 @@ class CompliantConstraints {
       }
     }
     BendingStencils bending(sheet, weave, std::vector<bool>(pinned.size()));
-    bending.update(Living(sheet));
+    bending.update(ActiveSet(sheet));
     const Eigen::Array3d by_direction(stiffness.bending[0], 2 * std::sqrt(stiffness.bending[0] * stiffness.bending[1]),
                                       stiffness.bending[1]);
     for (const auto& stencil : bending.stencils()) {
@@ -189,18 +189,18 @@ double difference_after(int steps, double tensile, double bending, double h) {
   Field positions(sheet.particles, 3);
   for (int n = 0; n < steps; ++n) {
     std::array<Eigen::VectorXd, 2> before = x;
-    for (std::size_t way = 0; way < 2; ++way) {
+    for (std::size_t displacement = 0; displacement < 2; ++displacement) {
       for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
         if (!pinned[i]) {
-          v[way].segment<3>(3 * i) += h * Eigen::Vector3d(3, std::sin(5.0 * i), -9.81);
-          x[way].segment<3>(3 * i) += h * v[way].segment<3>(3 * i);
+          v[displacement].segment<3>(3 * i) += h * Eigen::Vector3d(3, std::sin(5.0 * i), -9.81);
+          x[displacement].segment<3>(3 * i) += h * v[displacement].segment<3>(3 * i);
         }
       }
     }
     start.values() = before[0].reshaped(3, sheet.particles.owned);
     positions.values() = x[0].reshaped(3, sheet.particles.owned);
     const ImplicitResult result = elastic.advance(
-        positions, {{sheet.initial_mass, pinned, start, h}, initial_lengths(sheet), ones, ones, Living(sheet)});
+        positions, {{sheet.initial_mass, pinned, start, h}, initial_lengths(sheet), ones, ones, ActiveSet(sheet)});
     EXPECT_TRUE(result.converged) << result.reason;
     x[0] = positions.values().reshaped();
     if (n + 1 == steps) {
@@ -211,8 +211,8 @@ double difference_after(int steps, double tensile, double bending, double h) {
           tensile, bending, ratio, compliant.cost_ratio(x[1], compliant.springs()));
     }
     compliant.advance(x[1]);
-    for (std::size_t way = 0; way < 2; ++way) {
-      v[way] = (x[way] - before[way]) / h;
+    for (std::size_t displacement = 0; displacement < 2; ++displacement) {
+      v[displacement] = (x[displacement] - before[displacement]) / h;
     }
   }
   return (x[0] - x[1]).lpNorm<Eigen::Infinity>();

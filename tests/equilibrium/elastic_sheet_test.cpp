@@ -10,8 +10,8 @@
 #include <memory>
 
 #include "meshing/generators.h"
-#include "surface/net_strain.h"
 #include "surface/shell.h"
+#include "surface/weave_strain.h"
 #include "tests/support/balanced_step.h"
 #include "tests/support/grid_mesh.h"
 #include "tests/support/initial_lengths.h"
@@ -53,7 +53,8 @@ class Moving {
       }
     }
     const ImplicitResult result = step_->advance(
-        positions, {{sheet_.initial_mass, pinned_, start_, h}, initial_lengths(sheet_), ones_, ones_, Living(sheet_)});
+        positions,
+        {{sheet_.initial_mass, pinned_, start_, h}, initial_lengths(sheet_), ones_, ones_, ActiveSet(sheet_)});
     EXPECT_TRUE(result.converged) << result.reason;
     velocities.values() = (positions.values() - start_.values()) / h;
     return result;
@@ -308,7 +309,7 @@ TEST(ElasticSheetTest, a_failed_solve_is_a_result) {
   start.values() = sheet.rest;
   positions.values() = 1.2 * sheet.rest;
   const ImplicitResult result = step.advance(
-      positions, {{sheet.initial_mass, free, start, 0.1}, initial_lengths(sheet), ones, ones, Living(sheet)});
+      positions, {{sheet.initial_mass, free, start, 0.1}, initial_lengths(sheet), ones, ones, ActiveSet(sheet)});
   EXPECT_FALSE(result.converged);
   EXPECT_EQ(result.reason, "the linear solver elastic_ did not converge (DIVERGED_ITS after 1 iterations)");
 }
@@ -335,14 +336,14 @@ struct LimitedStep {
     SheetMaterial material;
     material.tensile_stiffness = 10;
     BalancedStep<ElasticSheet> step(options, sheet, material, 0.01, MaterialFactors(), pinned, pinned, options);
-    result = step.advance(positions, {{sheet.initial_mass, pinned, start, 0.02}, target, ones, ones, Living(sheet)});
-    strain = net_strain(sheet, positions, target, Living(sheet));
+    result = step.advance(positions, {{sheet.initial_mass, pinned, start, 0.02}, target, ones, ones, ActiveSet(sheet)});
+    strain = weave_strain(sheet, positions, target, ActiveSet(sheet));
   }
   Sheet sheet;
   Field positions;
   std::array<std::vector<double>, 4> target;
   ImplicitResult result;
-  NetStrain strain;
+  WeaveStrain strain;
 };
 
 TEST(ElasticSheetTest, a_step_that_starts_beyond_the_limit_finds_back_alike_on_any_ranks) {

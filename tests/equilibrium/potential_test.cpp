@@ -1,7 +1,7 @@
 // A potential that the program does not know takes part in a step: springs between vertices that share no element, on
 // whichever ranks, and whose pairs change.
 
-#include "solvers/potential.h"
+#include "energies/potential.h"
 
 #include <gtest/gtest.h>
 
@@ -13,11 +13,11 @@
 #include <utility>
 #include <vector>
 
+#include "energies/tangent.h"
 #include "equilibrium/implicit_step.h"
 #include "equilibrium/step_potential.h"
 #include "meshing/closed_shapes.h"
 #include "prism/wall_potential.h"
-#include "solvers/tangent.h"
 #include "tests/support/print_once.h"
 #include "tests/support/solver_options.h"
 
@@ -96,8 +96,8 @@ class Springs : public Potential {
     hessian_.clear();
     for (const Spring& spring : springs_) {
       const Eigen::Vector3d d = all.vector(spring.from) - all.vector(spring.to);
-      const double share = 1 - length / d.norm();
-      const double across = curvature == Curvature::positive ? std::max(share, 0.0) : share;
+      const double fraction = 1 - length / d.norm();
+      const double across = curvature == Curvature::psd ? std::max(fraction, 0.0) : fraction;
       const Eigen::Matrix3d along = d * d.transpose() / d.squaredNorm();
       hessian_.emplace_back(stiffness * (across * (Eigen::Matrix3d::Identity() - along) + along));
     }
@@ -311,16 +311,16 @@ TEST(Potential, HessianIsTheDerivativeOfTheGradientWhateverTheMatrixAndThePairs)
 // Two steps from the same start, the second with other pairs: in each of its iterations the residual is squared.
 TEST(Potential, NewtonConvergesQuadraticallyAlsoAfterThePairsHaveChanged) {
   std::vector<double> first_norms;
-  for (const Way& way : ways()) {
+  for (const Way& displacement : ways()) {
     SolverOptions solver;
-    for (const auto& [name, text] : way.solver) {
+    for (const auto& [name, text] : displacement.solver) {
       solver.set("prism_" + name, text);
     }
     std::vector<double> norms;
-    std::string line = way.mat_type;
+    std::string line = displacement.mat_type;
     for (int iterations = 1; iterations <= 5; ++iterations) {
       PrismOptions options;
-      options.mat_type = way.mat_type;
+      options.mat_type = displacement.mat_type;
       options.positive_elements = false;
       options.newton = NewtonEnd::fixed;
       options.max_iterations = iterations;
@@ -332,7 +332,7 @@ TEST(Potential, NewtonConvergesQuadraticallyAlsoAfterThePairsHaveChanged) {
       for (const int choice : {0, 1}) {
         balloon.springs.join(some_pairs(choice));
         result = step.advance(0.003);
-        ASSERT_TRUE(result.converged) << way.mat_type << ": " << result.reason;
+        ASSERT_TRUE(result.converged) << displacement.mat_type << ": " << result.reason;
       }
       norms.push_back(result.residual);
       char text[40];
@@ -341,13 +341,13 @@ TEST(Potential, NewtonConvergesQuadraticallyAlsoAfterThePairsHaveChanged) {
     }
     print_once("%s N\n", line.c_str());
     for (std::size_t k = 0; k + 1 < norms.size(); ++k) {
-      EXPECT_LT(norms[k + 1], 30 * norms[k] * norms[k] + 1e-10) << way.mat_type;
+      EXPECT_LT(norms[k + 1], 30 * norms[k] * norms[k] + 1e-10) << displacement.mat_type;
     }
-    EXPECT_LT(norms.back(), 1e-10) << way.mat_type;
+    EXPECT_LT(norms.back(), 1e-10) << displacement.mat_type;
     if (first_norms.empty()) {
       first_norms = norms;
     }
-    EXPECT_NEAR(norms[1], first_norms[1], 1e-4 * norms[1]) << way.mat_type << ": not the same step";
+    EXPECT_NEAR(norms[1], first_norms[1], 1e-4 * norms[1]) << displacement.mat_type << ": not the same step";
   }
 }
 

@@ -71,7 +71,8 @@ class Moving {
     }
     unconstrained = positions.values();
     ImplicitResult result = springs_.advance(
-        positions, {{sheet_.initial_mass, pinned_, start_, h}, initial_lengths(sheet_), ones_, ones_, Living(sheet_)});
+        positions,
+        {{sheet_.initial_mass, pinned_, start_, h}, initial_lengths(sheet_), ones_, ones_, ActiveSet(sheet_)});
     EXPECT_TRUE(result.converged) << result.reason;
     velocities.values() = (positions.values() - start_.values()) / h;
     return result;
@@ -337,8 +338,8 @@ ImplicitResult step_of(const Sheet& sheet, double stretch) {
   const std::vector<double> ones(pinned.size(), 1);
   const SpringOptions options;
   BalancedStep<SpringSheet> springs(options, sheet, options, pinned, 0.1, std::vector<Potential*>());
-  return springs.advance(positions,
-                         {{sheet.initial_mass, pinned, start, 0.1}, initial_lengths(sheet), ones, ones, Living(sheet)});
+  return springs.advance(
+      positions, {{sheet.initial_mass, pinned, start, 0.1}, initial_lengths(sheet), ones, ones, ActiveSet(sheet)});
 }
 
 TEST_F(SpringSheetTest, an_absolute_tolerance_that_moves_nothing_is_a_failed_solve) {
@@ -361,7 +362,7 @@ TEST_F(SpringSheetTest, failed_solve_is_a_result) {
 }
 
 /// Ends by undeformed position of a step of a sheet of which only what is at y < 0.35 m is there.
-std::map<std::array<int, 3>, Eigen::Vector3d> ends_of_living(const Sheet& sheet) {
+std::map<std::array<int, 3>, Eigen::Vector3d> ends_of_active(const Sheet& sheet) {
   SpringOptions options;
   options.newton_tolerance = 1e-9;
   options.max_iterations = 100;
@@ -371,12 +372,12 @@ std::map<std::array<int, 3>, Eigen::Vector3d> ends_of_living(const Sheet& sheet)
   for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
     mass[i] = is_there(i) ? 0.01 : 0;
   }
-  Living living(sheet);
+  ActiveSet active(sheet);
   for (const Colour colour : all_colours) {
     const auto index = static_cast<std::size_t>(colour);
-    for (std::size_t s = 0; s < living.springs[index].size(); ++s) {
+    for (std::size_t s = 0; s < active.springs[index].size(); ++s) {
       const auto [a, b] = sheet.of(colour).ends[s];
-      living.springs[index][s] = is_there(a) && is_there(b);
+      active.springs[index][s] = is_there(a) && is_there(b);
     }
   }
   const std::vector<bool> pinned(sheet.particles.local(), false);
@@ -387,7 +388,7 @@ std::map<std::array<int, 3>, Eigen::Vector3d> ends_of_living(const Sheet& sheet)
   x.values().topRows(1) *= 1.1;
   BalancedStep<SpringSheet> springs(options, sheet, options, pinned, 0.01, std::vector<Potential*>());
   const ImplicitResult result =
-      springs.advance(x, {{mass, pinned, start, 0.01}, initial_lengths(sheet), ones, ones, living});
+      springs.advance(x, {{mass, pinned, start, 0.01}, initial_lengths(sheet), ones, ones, active});
   EXPECT_TRUE(result.converged) << result.reason;
   std::map<std::array<int, 3>, Eigen::Vector3d> ends;
   for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
@@ -402,8 +403,8 @@ std::map<std::array<int, 3>, Eigen::Vector3d> ends_of_living(const Sheet& sheet)
 TEST_F(SpringSheetTest, what_has_died_moves_nothing) {
   SheetOptions options;
   options.thickness = 0.03;
-  const auto part = ends_of_living(make_sheet(PETSC_COMM_SELF, grid_mesh(9, 4, 0.1), options));
-  for (const auto& [place, end] : ends_of_living(make_sheet(PETSC_COMM_WORLD, grid_mesh(9, 7, 0.1), options))) {
+  const auto part = ends_of_active(make_sheet(PETSC_COMM_SELF, grid_mesh(9, 4, 0.1), options));
+  for (const auto& [place, end] : ends_of_active(make_sheet(PETSC_COMM_WORLD, grid_mesh(9, 7, 0.1), options))) {
     ASSERT_LT((end - part.at(place)).norm(), 1e-9);
   }
 }

@@ -28,10 +28,10 @@ Point step(const TimeIntegrator& integrator, const Oscillator& oscillator, doubl
   const double k = integrator.inertia(h);
   const double c = integrator.rate(h);
   const Eigen::Vector3d y =
-      (k * (start.position + integrator.unaccelerated(h, start.motion)) +
-       oscillator.damping * c * (start.position + integrator.still(h, start.motion)) + oscillator.force) /
+      (k * (start.position + integrator.y_a(h, start.motion)) +
+       oscillator.damping * c * (start.position + integrator.y_v(h, start.motion)) + oscillator.force) /
       (k + oscillator.damping * c + oscillator.stiffness);
-  const Eigen::Vector3d displacement = (y - start.position) / integrator.share();
+  const Eigen::Vector3d displacement = (y - start.position) / integrator.fraction();
   return {start.position + displacement, integrator.end(h, displacement, start.motion)};
 }
 
@@ -47,30 +47,30 @@ TEST(TimeScheme, WhatIsInBalanceIsBetweenTheEndsOfTheStep) {
     const double beta = std::pow(1 - alpha_m + alpha_f, 2) / 4;
     const Kinematics end = integrator.end(h, displacement, start);
     // Newmark's formulas
-    const Eigen::Vector3d way =
+    const Eigen::Vector3d displacement =
         h * start.velocity + h * h * ((0.5 - beta) * start.acceleration + beta * end.acceleration);
-    EXPECT_LE((way - displacement).norm(), 1e-14);
+    EXPECT_LE((displacement - displacement).norm(), 1e-14);
     const Eigen::Vector3d velocity = start.velocity + h * ((1 - gamma) * start.acceleration + gamma * end.acceleration);
     EXPECT_LE((velocity - end.velocity).norm(), 1e-14);
-    const Eigen::Vector3d y = integrator.share() * displacement;
-    EXPECT_NEAR(integrator.share(), 1 - alpha_f, 1e-15);
-    EXPECT_LE((integrator.rate(h) * (y - integrator.still(h, start)) -
+    const Eigen::Vector3d y = integrator.fraction() * displacement;
+    EXPECT_NEAR(integrator.fraction(), 1 - alpha_f, 1e-15);
+    EXPECT_LE((integrator.rate(h) * (y - integrator.y_v(h, start)) -
                ((1 - alpha_f) * end.velocity + alpha_f * start.velocity))
                   .norm(),
               1e-13);
-    EXPECT_LE((integrator.inertia(h) * (y - integrator.unaccelerated(h, start)) -
+    EXPECT_LE((integrator.inertia(h) * (y - integrator.y_a(h, start)) -
                ((1 - alpha_m) * end.acceleration + alpha_m * start.acceleration))
                   .norm(),
               1e-13);
   }
   const TimeIntegrator euler;
-  EXPECT_EQ(euler.share(), 1);
+  EXPECT_EQ(euler.fraction(), 1);
   EXPECT_FALSE(euler.is_second_order());
   EXPECT_EQ(euler.inertia(h), 1 / (h * h));
   EXPECT_EQ(euler.rate(h), 1 / h);
   const Kinematics without{start.velocity, Eigen::Vector3d::Zero()};
-  EXPECT_EQ(euler.unaccelerated(h, without), h * start.velocity);
-  EXPECT_EQ(euler.still(h, without), Eigen::Vector3d(0, 0, 0));
+  EXPECT_EQ(euler.y_a(h, without), h * start.velocity);
+  EXPECT_EQ(euler.y_v(h, without), Eigen::Vector3d(0, 0, 0));
   EXPECT_EQ(euler.end(h, displacement, without).velocity, displacement / h);
 }
 

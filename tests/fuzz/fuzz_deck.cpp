@@ -4,9 +4,9 @@
 #include <cstdlib>
 #include <iostream>
 
-#include "base/deck.h"
-#include "tests/base/options_fixture.h"
+#include "options/deck.h"
 #include "tests/fuzz/target.h"
+#include "tests/options/options_fixture.h"
 
 namespace {
 

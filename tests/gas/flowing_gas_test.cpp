@@ -47,15 +47,15 @@ struct BallInBall {
   }
   /// Takes the triangles of the inner ball away whose middle is so near to its top.
   void burn_hole(double size) {
-    Living living(membrane);
+    ActiveSet active(membrane);
     for (std::size_t t = 0; t < membrane.triangles.size(); ++t) {
       Eigen::Vector3d middle = Eigen::Vector3d::Zero();
       for (const PetscInt corner : membrane.triangles[t]) {
         middle += membrane.rest.col(corner) / 3;
       }
-      living.triangles[t] = membrane.piece[t] == 0 || (middle - Eigen::Vector3d(0.2, 0, 0.6)).norm() > size;
+      active.triangles[t] = membrane.piece[t] == 0 || (middle - Eigen::Vector3d(0.2, 0, 0.6)).norm() > size;
     }
-    chambers.set_living(living);
+    chambers.set_active(active);
   }
   /// A step in which nothing moves. @returns which ledger does not close
   std::string step(double h) {

@@ -27,17 +27,17 @@ ChamberOptions venting() {
 /// A ball of radius 1 about (0.3, 0, 0) in whose wall there are holes, its triangles whose middles are within a
 /// distance of the poles.
 struct Holed {
-  explicit Holed(int level, double hole) : membrane(ball(level)), living(membrane) {
+  explicit Holed(int level, double hole) : membrane(ball(level)), active(membrane) {
     for (std::size_t t = 0; t < membrane.triangles.size(); ++t) {
       Eigen::Vector3d middle = Eigen::Vector3d::Zero();
       for (const PetscInt corner : membrane.triangles[t]) {
         middle += membrane.rest.col(corner) / 3;
       }
       middle.x() -= 0.3;
-      living.triangles[t] = middle.head<2>().norm() > (middle.z() > 0 ? hole : hole / 2);
+      active.triangles[t] = middle.head<2>().norm() > (middle.z() > 0 ? hole : hole / 2);
     }
     chambers.emplace(membrane, GasOptions(), std::map<std::string, ChamberOptions>{{"gas", venting()}});
-    chambers->set_living(living);
+    chambers->set_active(active);
     position.values() = membrane.rest;
   }
   static Membrane ball(int level) {
@@ -49,7 +49,7 @@ struct Holed {
   }
 
   Membrane membrane;
-  Living living;
+  ActiveSet active;
   std::optional<Chambers> chambers;
   Field position{membrane.particles, 3};
 };
@@ -100,7 +100,7 @@ TEST(Rims, AChamberWhoseWallIsCutInTwoBecomesTwoByVolume) {
   Chambers chambers(membrane, GasOptions(), options);
   Field position(membrane.particles, 3);
   position.values() = membrane.rest;
-  Living living(membrane);
+  ActiveSet active(membrane);
   std::vector<PetscInt> piece(membrane.particles.local());
   for (std::size_t i = 0; i < piece.size(); ++i) {
     const double z = membrane.rest(2, static_cast<Eigen::Index>(i));
@@ -108,11 +108,11 @@ TEST(Rims, AChamberWhoseWallIsCutInTwoBecomesTwoByVolume) {
   }
   for (std::size_t t = 0; t < membrane.triangles.size(); ++t) {
     const auto of = [&](std::size_t k) { return piece[membrane.triangles[t][k]]; };
-    living.triangles[t] = of(0) == of(1) && of(1) == of(2);
+    active.triangles[t] = of(0) == of(1) && of(1) == of(2);
   }
   GasExchange exchange = chambers.first_exchange(chambers.volumes(position));
   EXPECT_FALSE(chambers.divided(std::vector<PetscInt>(piece.size(), 0), exchange, position, 0));
-  chambers.set_living(living);
+  chambers.set_active(active);
   const double volume = chambers.volumes(position)[0];
   exchange = chambers.first_exchange(chambers.volumes(position));
   EXPECT_EQ(chambers.recapped(exchange, chambers.volumes(position), 0).amount[0], exchange.amount[0]);
@@ -132,7 +132,7 @@ TEST(Rims, AChamberWhoseWallIsCutInTwoBecomesTwoByVolume) {
   Chambers parts(membrane, GasOptions(), options, Eigen::Vector3d::Zero(), division->numbers, &division->exchange);
   EXPECT_EQ(parts.name(0), "gas");
   EXPECT_EQ(parts.name(1), "gas_cut");
-  parts.set_living(living);
+  parts.set_active(active);
   const Eigen::VectorXd volumes = parts.volumes(position);
   EXPECT_NEAR(volumes.sum(), volume, 1e-3 * volume) << "but for the little cap";
   EXPECT_NEAR(volumes[1] / volumes.sum(), 0.7 * 0.7 * (3 - 0.7) / 4, 0.06) << "of a ball's cap of height 0.7";

@@ -22,7 +22,7 @@ Eigen::Vector3d vector_area(const Corners& corners, const std::array<BorderPoint
   return vector_area({place(corners, triangle[0]), place(corners, triangle[1]), place(corners, triangle[2])});
 }
 
-/// The share of a triangle in which a linear level is not negative. One corner of that sign cuts off
+/// The fraction of a triangle in which a linear level is not negative. One corner of that sign cuts off
 /// l_a/(l_a - l_b) times l_a/(l_a - l_c).
 double kept_share(const std::array<double, 3>& level) {
   const auto negative = [&](std::size_t i) { return level[i] < 0; };

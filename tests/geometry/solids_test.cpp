@@ -17,11 +17,11 @@ using Corners = std::array<Point, 3>;
 
 class RandomPoints {
  public:
-  Point next(double size) { return {size * share_(engine_), size * share_(engine_), size * share_(engine_)}; }
+  Point next(double size) { return {size * fraction_(engine_), size * fraction_(engine_), size * fraction_(engine_)}; }
 
  private:
   std::mt19937 engine_{7};
-  std::uniform_real_distribution<double> share_{-1, 1};
+  std::uniform_real_distribution<double> fraction_{-1, 1};
 };
 
 /// A box as a mesh of twelve triangles.

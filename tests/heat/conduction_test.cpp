@@ -18,9 +18,9 @@ HeatOptions options_for(const std::string& operator_name, const std::string& mat
 }
 
 void advance(Conduction& conduction, Field& temperature, const Field& positions, const Field& mass,
-             const Living& living, double step, int steps) {
+             const ActiveSet& active, double step, int steps) {
   for (int n = 0; n < steps; ++n) {
-    const StageResult result = conduction.advance(temperature, {positions, mass, living, step});
+    const StageResult result = conduction.advance(temperature, {positions, mass, active, step});
     ASSERT_TRUE(result.converged) << result.reason;
   }
 }
@@ -52,7 +52,7 @@ TEST_P(ConductionOf, decays_a_mode_by_backward_euler) {
     Conduction conduction(sheet, options, {});
     Field temperature =
         field_of(sheet, [&](const Eigen::Vector3d& x) { return 400 + 100 * std::cos(wave_number * x.x()); });
-    advance(conduction, temperature, rest_positions(sheet), initial_masses(sheet), Living(sheet), step, steps);
+    advance(conduction, temperature, rest_positions(sheet), initial_masses(sheet), ActiveSet(sheet), step, steps);
     const auto mode = [&](double eigenvalue) {
       const double amplitude = 100 * std::pow(1 + options.diffusivity * step * eigenvalue, -steps);
       return [=](const Eigen::Vector3d& x) { return 400 + amplitude * std::cos(wave_number * x.x()); };
@@ -73,7 +73,8 @@ TEST_P(ConductionOf, is_first_order_in_time) {
   for (const int steps : {10, 20, 40}) {
     Conduction conduction(sheet, options, {});
     Field temperature = field_of(sheet, [](const Eigen::Vector3d& x) { return std::cos(M_PI * x.x()); });
-    advance(conduction, temperature, rest_positions(sheet), initial_masses(sheet), Living(sheet), 0.1 / steps, steps);
+    advance(conduction, temperature, rest_positions(sheet), initial_masses(sheet), ActiveSet(sheet), 0.1 / steps,
+            steps);
     const double amplitude = std::exp(-options.diffusivity * eigenvalue * 0.1);
     errors.push_back(largest_error(sheet, temperature,
                                    [&](const Eigen::Vector3d& x) { return amplitude * std::cos(M_PI * x.x()); }));
@@ -86,7 +87,7 @@ TEST_P(ConductionOf, is_first_order_in_time) {
 TEST_P(ConductionOf, spreads_a_gaussian) {
   const double time = 0.01;
   const double variance = 0.01;
-  for (const auto& [name, share] : {std::pair{"umbrella", 0.5}, {"consistent", 1.0}}) {
+  for (const auto& [name, fraction] : {std::pair{"umbrella", 0.5}, {"consistent", 1.0}}) {
     std::vector<double> errors;
     for (const int n : {16, 32, 64}) {
       const Sheet sheet = shell_of(grid_mesh(n, n, 1.0 / n), 0);
@@ -98,9 +99,9 @@ TEST_P(ConductionOf, spreads_a_gaussian) {
       Conduction conduction(sheet, options, {});
       Field temperature = field_of(sheet, [&](const Eigen::Vector3d& x) { return gaussian(variance, x); });
       const int steps = n * n / 16;  // Errors of time and space fall alike.
-      advance(conduction, temperature, flat_positions(sheet), initial_masses(sheet), Living(sheet), time / steps,
+      advance(conduction, temperature, flat_positions(sheet), initial_masses(sheet), ActiveSet(sheet), time / steps,
               steps);
-      const double later = variance + 2 * share * options.diffusivity * time;
+      const double later = variance + 2 * fraction * options.diffusivity * time;
       errors.push_back(later *
                        largest_error(sheet, temperature, [&](const Eigen::Vector3d& x) { return gaussian(later, x); }));
     }
@@ -124,14 +125,14 @@ TEST_P(ConductionOf, a_uniform_field_stays_uniform_and_heat_is_conserved) {
     const HeatOptions options = options_for(name, GetParam());
     Conduction conduction(sheet, options, factor);
     Field uniform = field_of(sheet, [](const Eigen::Vector3d&) { return 350.0; });
-    advance(conduction, uniform, positions, mass, Living(sheet), 0.1, 3);
+    advance(conduction, uniform, positions, mass, ActiveSet(sheet), 0.1, 3);
     EXPECT_EQ(largest_error(sheet, uniform, [](const Eigen::Vector3d&) { return 350; }), 0) << name;
 
     Field temperature =
         field_of(sheet, [](const Eigen::Vector3d& x) { return 600 + 300 * std::sin(9 * x.x() + 7 * x.y()); });
     // What the umbrella conserves is E_i T_i: the printed operator knows no masses.
     DiffusionGraph graph{umbrella_pairs(sheet), {}, {}};
-    set_umbrella(graph, sheet, factor, positions, Living(sheet));
+    set_umbrella(graph, sheet, factor, positions, ActiveSet(sheet));
     const auto content = [&] {
       return sum_over_ranks(std::string(name) == "umbrella"
                                 ? graph.capacity.dot(temperature.values().row(0).head(sheet.particles.owned))
@@ -139,23 +140,23 @@ TEST_P(ConductionOf, a_uniform_field_stays_uniform_and_heat_is_conserved) {
     };
     const double before = content();
     const double rough = temperature.values()(0, 0);
-    advance(conduction, temperature, positions, mass, Living(sheet), 0.01, 5);
+    advance(conduction, temperature, positions, mass, ActiveSet(sheet), 0.01, 5);
     EXPECT_NEAR(content(), before, 1e-12 * before) << name;
     EXPECT_GT(std::abs(temperature.values()(0, 0) - rough), 1) << name;
   }
 }
 
-// Green springs reach from a living cell over its edge: two columns of dead cells are a gap for both operators.
+// Green springs reach from an active cell over its edge: two columns of dead cells are a gap for both operators.
 TEST_P(ConductionOf, heat_does_not_cross_a_gap) {
   const Sheet sheet = shell_of(irregular_mesh(10, 6, 0.1), 0.03);
   const auto is_dead = [](const Eigen::Vector3d& x) { return x.x() > 0.4 && x.x() < 0.6; };
-  const Living living = without(sheet, is_dead);
+  const ActiveSet active = without(sheet, is_dead);
   for (const char* name : {"umbrella", "consistent"}) {
     Conduction conduction(sheet, options_for(name, GetParam()), {});
     const auto start = [](const Eigen::Vector3d& x) { return x.x() < 0.5 ? 900 + 50 * std::sin(30 * x.y()) : 300; };
     Field temperature = field_of(sheet, start);
     Field untouched = field_of(sheet, start);
-    advance(conduction, temperature, rest_positions(sheet), initial_masses(sheet), living, 0.05, 20);
+    advance(conduction, temperature, rest_positions(sheet), initial_masses(sheet), active, 0.05, 20);
     double warmest = 0;
     double largest_change = 0;
     for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
@@ -166,7 +167,7 @@ TEST_P(ConductionOf, heat_does_not_cross_a_gap) {
     }
     EXPECT_EQ(max_over_ranks(warmest), 300) << name;
     EXPECT_GT(max_over_ranks(largest_change), 10) << name;
-    advance(conduction, temperature, rest_positions(sheet), initial_masses(sheet), Living(sheet), 0.05,
+    advance(conduction, temperature, rest_positions(sheet), initial_masses(sheet), ActiveSet(sheet), 0.05,
             1);  // With the gap closed.
     warmest = 0;
     for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
@@ -201,7 +202,7 @@ SurfaceMesh part_of(const SurfaceMesh& mesh, const std::function<bool(const Eige
 }
 
 // What is left of a sheet conducts as the same cells alone, whose corners at the edge have lost part of their mass's
-// cells, but no mass. Cells beside living ones are kept, as their lattice points end living green springs.
+// cells, but no mass. Cells beside active ones are kept, as their lattice points end active green springs.
 TEST_P(ConductionOf, a_masked_sheet_conducts_as_its_living_part_alone) {
   const SurfaceMesh mesh = irregular_mesh(12, 8, 0.1);
   const auto is_dead = [](const Eigen::Vector3d& x) { return x.x() + 0.5 * x.y() > 0.8; };
@@ -229,8 +230,8 @@ TEST_P(ConductionOf, a_masked_sheet_conducts_as_its_living_part_alone) {
       }
       Conduction conduction(sheet, options_for(name, GetParam()), {});
       Field temperature = field_of(sheet, start);
-      const Living living = without(sheet, is_dead);
-      advance(conduction, temperature, rest_positions(sheet), mass, living, 0.05, 4);
+      const ActiveSet active = without(sheet, is_dead);
+      advance(conduction, temperature, rest_positions(sheet), mass, active, 0.05, 4);
       return temperature;
     };
     const Field expected = conducted(whole);
@@ -253,7 +254,7 @@ TEST_P(ConductionOf, heat_is_conserved_by_what_is_left) {
   Field positions = rest_positions(sheet);
   positions.values() += 0.02 * (30 * positions.values()).array().sin().matrix();
   const auto has_left = [](const Eigen::Vector3d& x) { return x.x() > 0.71; };
-  const Living living = without(
+  const ActiveSet active = without(
       sheet, [](const Eigen::Vector3d& x) { return std::sin(300 * x.x() + 170 * x.y()) > 0.3 || x.x() > 0.55; });
   Field mass = initial_masses(sheet);
   for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
@@ -266,14 +267,14 @@ TEST_P(ConductionOf, heat_is_conserved_by_what_is_left) {
     const auto start = [](const Eigen::Vector3d& x) { return 600 + 300 * std::sin(9 * x.x() + 7 * x.y()); };
     Field temperature = field_of(sheet, start);
     DiffusionGraph graph{umbrella_pairs(sheet), {}, {}};
-    set_umbrella(graph, sheet, alpha, positions, living);
+    set_umbrella(graph, sheet, alpha, positions, active);
     const auto content = [&] {
       return sum_over_ranks(std::string(name) == "umbrella"
                                 ? graph.capacity.dot(temperature.values().row(0).head(sheet.particles.owned))
                                 : heat_content(sheet, mass, temperature, options.capacity));
     };
     const double before = content();
-    advance(conduction, temperature, positions, mass, living, 0.01, 5);
+    advance(conduction, temperature, positions, mass, active, 0.01, 5);
     EXPECT_NEAR(content(), before, 1e-12 * before) << name;
     EXPECT_GT(largest_error(sheet, temperature, start), 10) << name;
     for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
@@ -298,7 +299,7 @@ TEST_P(ConductionOf, heat_is_conserved_whatever_the_tolerance_and_the_diffusivit
       Field temperature = field_of(sheet, start);
       const auto content = [&] { return sum_over_ranks(heat_content(sheet, mass, temperature, options.capacity)); };
       const double before = content();
-      advance(conduction, temperature, rest_positions(sheet), mass, Living(sheet), 0.01, 5);
+      advance(conduction, temperature, rest_positions(sheet), mass, ActiveSet(sheet), 0.01, 5);
       EXPECT_NEAR(content(), before, 1e-14 * before) << diffusivity << " m^2/s, " << tolerance;
       if (diffusivity > 1) {
         const double mean =
@@ -339,7 +340,7 @@ class Solvers : public ::testing::Test {
     Conduction conduction(sheet_, options_for(operator_name, mat_type), {});
     Field temperature =
         field_of(sheet_, [](const Eigen::Vector3d& x) { return 600 + 300 * std::sin(9 * x.x() + 7 * x.y()); });
-    advance(conduction, temperature, rest_positions(sheet_), initial_masses(sheet_), Living(sheet_), 0.05, 2);
+    advance(conduction, temperature, rest_positions(sheet_), initial_masses(sheet_), ActiveSet(sheet_), 0.05, 2);
     return temperature;
   }
 
@@ -376,7 +377,7 @@ TEST_F(Solvers, failure_is_a_result_and_leaves_the_temperature) {
   Field temperature = field_of(sheet_, [](const Eigen::Vector3d& x) { return 600 + 300 * std::sin(9 * x.x()); });
   const Eigen::MatrixXd before = temperature.values();
   const StageResult result =
-      conduction.advance(temperature, {rest_positions(sheet_), initial_masses(sheet_), Living(sheet_), 0.05});
+      conduction.advance(temperature, {rest_positions(sheet_), initial_masses(sheet_), ActiveSet(sheet_), 0.05});
   EXPECT_FALSE(result.converged);
   EXPECT_NE(result.reason.find("DIVERGED_ITS"), std::string::npos) << result.reason;
   EXPECT_EQ((temperature.values() - before).cwiseAbs().maxCoeff(), 0);
@@ -390,7 +391,7 @@ TEST_F(Solvers, what_a_loose_solver_leaves_is_solved_for_again) {
   Conduction conduction(sheet_, options, {});
   Field temperature =
       field_of(sheet_, [](const Eigen::Vector3d& x) { return 600 + 300 * std::sin(9 * x.x() + 7 * x.y()); });
-  advance(conduction, temperature, rest_positions(sheet_), initial_masses(sheet_), Living(sheet_), 0.05, 2);
+  advance(conduction, temperature, rest_positions(sheet_), initial_masses(sheet_), ActiveSet(sheet_), 0.05, 2);
   EXPECT_LT(difference(expected, temperature), 2e-6 * 600);
 }
 
@@ -405,7 +406,7 @@ TEST_F(Solvers, one_that_cannot_reach_the_tolerance_says_so) {
   Field temperature = field_of(sheet_, [](const Eigen::Vector3d& x) { return 600 + 300 * std::sin(9 * x.x()); });
   const Eigen::MatrixXd before = temperature.values();
   const StageResult result =
-      conduction.advance(temperature, {rest_positions(sheet_), initial_masses(sheet_), Living(sheet_), 0.05});
+      conduction.advance(temperature, {rest_positions(sheet_), initial_masses(sheet_), ActiveSet(sheet_), 0.05});
   EXPECT_FALSE(result.converged);
   EXPECT_NE(result.reason.find("heat_ leaves errors of "), std::string::npos) << result.reason;
   EXPECT_EQ((temperature.values() - before).cwiseAbs().maxCoeff(), 0);
@@ -414,8 +415,9 @@ TEST_F(Solvers, one_that_cannot_reach_the_tolerance_says_so) {
 TEST_F(Solvers, values_that_are_no_numbers_are_a_failed_solve) {
   Conduction conduction(sheet_, options_for("umbrella"), {});
   Field temperature = field_of(sheet_, [](const Eigen::Vector3d&) { return std::nan(""); });
-  EXPECT_FALSE(conduction.advance(temperature, {rest_positions(sheet_), initial_masses(sheet_), Living(sheet_), 0.05})
-                   .converged);
+  EXPECT_FALSE(
+      conduction.advance(temperature, {rest_positions(sheet_), initial_masses(sheet_), ActiveSet(sheet_), 0.05})
+          .converged);
 }
 
 }  // namespace

@@ -18,14 +18,14 @@ std::vector<double> constant(const Sheet& sheet, double value) {
 DiffusionGraph umbrella(const Sheet& sheet, const Field& positions, double alpha = 1) {
   DiffusionGraph graph;
   graph.pairs = umbrella_pairs(sheet);
-  set_umbrella(graph, sheet, constant(sheet, alpha), positions, Living(sheet));
+  set_umbrella(graph, sheet, constant(sheet, alpha), positions, ActiveSet(sheet));
   return graph;
 }
 
 DiffusionGraph cotangent(const Sheet& sheet, const Field& positions, double alpha = 1) {
   DiffusionGraph graph;
   graph.pairs = cotangent_pairs(sheet);
-  set_cotangent(graph, sheet, constant(sheet, alpha), positions, initial_masses(sheet), Living(sheet));
+  set_cotangent(graph, sheet, constant(sheet, alpha), positions, initial_masses(sheet), ActiveSet(sheet));
   return graph;
 }
 
@@ -163,9 +163,9 @@ TEST(DiffusionGraph, every_operator_is_symmetric_and_keeps_a_uniform_field) {
     alpha.push_back(1 + 0.8 * std::sin(id));
   }
   DiffusionGraph first{umbrella_pairs(sheet), {}, {}};
-  set_umbrella(first, sheet, alpha, positions, Living(sheet));
+  set_umbrella(first, sheet, alpha, positions, ActiveSet(sheet));
   DiffusionGraph second{cotangent_pairs(sheet), {}, {}};
-  set_cotangent(second, sheet, alpha, positions, initial_masses(sheet), Living(sheet));
+  set_cotangent(second, sheet, alpha, positions, initial_masses(sheet), ActiveSet(sheet));
 
   const Field a = field_of(sheet, [](const Eigen::Vector3d& x) { return std::sin(30 * x.x() + 50 * x.y()); });
   const Field b = field_of(sheet, [](const Eigen::Vector3d& x) { return std::cos(70 * x.x() - 20 * x.y()); });

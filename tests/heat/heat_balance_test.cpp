@@ -28,7 +28,7 @@ class HeatBalance : public ::testing::Test {
     double heat = 0;
     for (int n = 0; n < steps; ++n) {
       heat += added(
-          exchange_with_surroundings(temperature, sheet_, positions_, mass_, Living(sheet_), time / steps, options));
+          exchange_with_surroundings(temperature, sheet_, positions_, mass_, ActiveSet(sheet_), time / steps, options));
     }
     return sum_over_ranks(heat);
   }
@@ -39,7 +39,7 @@ class HeatBalance : public ::testing::Test {
 };
 
 TEST_F(HeatBalance, areas_add_up_and_follow_the_masses) {
-  const Eigen::VectorXd areas = particle_areas(sheet_, positions_, Living(sheet_));
+  const Eigen::VectorXd areas = particle_areas(sheet_, positions_, ActiveSet(sheet_));
   EXPECT_NEAR(sum_over_ranks(areas.sum()), 0.6 * 0.5, 1e-14);
   for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
     EXPECT_NEAR(areas[i] * test_density, sheet_.initial_mass[i], 1e-16);
@@ -49,27 +49,27 @@ TEST_F(HeatBalance, areas_add_up_and_follow_the_masses) {
 // Half of the width dead, and of one more cell the triangle at its edge of least x: of its quarter of the cell it takes
 // half from the lattice point.
 TEST_F(HeatBalance, dead_triangles_have_no_area_and_lose_nothing) {
-  const Living living =
+  const ActiveSet active =
       without(sheet_, [](const Eigen::Vector3d& x) { return x.x() < 0.3 || (x.x() < 0.32 && x.y() < 0.1); });
-  const Eigen::VectorXd areas = particle_areas(sheet_, positions_, living);
+  const Eigen::VectorXd areas = particle_areas(sheet_, positions_, active);
   EXPECT_NEAR(sum_over_ranks(areas.sum()), 0.3 * 0.5 - 0.01 / 4, 1e-14);
   HeatOptions options;
   options.convection = 12;
   Field temperature = uniform(700);
   const double before = sum_over_ranks(heat_content(sheet_, mass_, temperature, options.capacity));
   const double heat =
-      sum_over_ranks(added(exchange_with_surroundings(temperature, sheet_, positions_, mass_, living, 1, options)));
+      sum_over_ranks(added(exchange_with_surroundings(temperature, sheet_, positions_, mass_, active, 1, options)));
   EXPECT_NEAR(sum_over_ranks(heat_content(sheet_, mass_, temperature, options.capacity)), before + heat,
               1e-12 * before);
   const double rate = 2 * options.convection / (test_density * options.capacity);
   for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
     const Eigen::Vector3d x = sheet_.rest.col(i);
-    double share = x.x() < 0.29 ? 0 : x.x() < 0.31 ? 0.5 : 1;
+    double fraction = x.x() < 0.29 ? 0 : x.x() < 0.31 ? 0.5 : 1;
     if (x.y() < 0.11) {
-      share -= sheet_.is_lattice[i] && x.x() > 0.3 && x.x() < 0.4 ? 0.25 : 0;
-      share -= std::abs(x.x() - 0.3) < 0.01 ? (x.y() < 0.01 ? 0.25 : 0.125) : 0;
+      fraction -= sheet_.is_lattice[i] && x.x() > 0.3 && x.x() < 0.4 ? 0.25 : 0;
+      fraction -= std::abs(x.x() - 0.3) < 0.01 ? (x.y() < 0.01 ? 0.25 : 0.125) : 0;
     }
-    EXPECT_NEAR(temperature.data()[i], 300 + 400 * std::exp(-share * rate), 1e-10) << x.transpose();
+    EXPECT_NEAR(temperature.data()[i], 300 + 400 * std::exp(-fraction * rate), 1e-10) << x.transpose();
   }
 }
 
@@ -90,7 +90,7 @@ TEST_F(HeatBalance, particles_that_have_left_take_no_part) {
   const HeatSourceInput input{sheet_, positions_, mass_, {}, 0, 0.01, options.capacity};
   double heat = apply_heat_source(temperature, source, input);
   heat += release_burning_heat(temperature, sheet_, change, mass_, options);
-  heat += added(exchange_with_surroundings(temperature, sheet_, positions_, mass_, Living(sheet_), 0.01, options));
+  heat += added(exchange_with_surroundings(temperature, sheet_, positions_, mass_, ActiveSet(sheet_), 0.01, options));
   EXPECT_NEAR(sum_over_ranks(heat_content(sheet_, mass_, temperature, options.capacity)), before + sum_over_ranks(heat),
               1e-12 * before);
   for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
@@ -105,7 +105,7 @@ TEST_F(HeatBalance, what_warms_gains_and_what_cools_loses) {
   Field temperature = field_of(sheet_, [](const Eigen::Vector3d& x) { return x.x() < 0.31 ? 400.0 : 700.0; });
   const Field before = field_of(sheet_, [](const Eigen::Vector3d& x) { return x.x() < 0.31 ? 400.0 : 700.0; });
   const HeatExchange exchange =
-      exchange_with_surroundings(temperature, sheet_, positions_, mass_, Living(sheet_), 1, options);
+      exchange_with_surroundings(temperature, sheet_, positions_, mass_, ActiveSet(sheet_), 1, options);
   double gained = 0;
   double lost = 0;
   for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {

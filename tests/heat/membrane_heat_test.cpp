@@ -21,7 +21,7 @@ std::vector<double> constant(const Membrane& membrane, double value) {
 DiffusionGraph cotangent(const Membrane& membrane, const Field& positions) {
   DiffusionGraph graph;
   graph.pairs = cotangent_pairs(membrane);
-  set_cotangent(graph, membrane, constant(membrane, 1), positions, initial_masses(membrane), Living(membrane));
+  set_cotangent(graph, membrane, constant(membrane, 1), positions, initial_masses(membrane), ActiveSet(membrane));
   return graph;
 }
 
@@ -41,7 +41,8 @@ TEST(HeatOfAMembrane, AModeDecaysAsItShould) {
     const double step = 0.02;
     const int steps = 5;
     for (int s = 0; s < steps; ++s) {
-      ASSERT_TRUE(conduction.advance(temperature, {rest_positions(membrane), mass, Living(membrane), step}).converged);
+      ASSERT_TRUE(
+          conduction.advance(temperature, {rest_positions(membrane), mass, ActiveSet(membrane), step}).converged);
     }
     EXPECT_NEAR(sum_over_ranks(heat_content(membrane, mass, temperature, options.capacity)), heat, 1e-14 * heat);
     const double amplitude = 100 * std::pow(1 + options.diffusivity * step * k * k, -steps);
@@ -100,7 +101,7 @@ TEST(HeatOfAMembrane, TheUmbrellaIsItsFormulaOnTheEdges) {
   const Membrane membrane = membrane_of(mesh);
   DiffusionGraph graph;
   graph.pairs = umbrella_pairs(membrane);
-  set_umbrella(graph, membrane, constant(membrane, 0.7), rest_positions(membrane), Living(membrane));
+  set_umbrella(graph, membrane, constant(membrane, 0.7), rest_positions(membrane), ActiveSet(membrane));
   const Eigen::VectorXd rate = graph.inflow(field_of(membrane, value)).cwiseQuotient(graph.capacity);
   for (PetscInt i = 0; i < membrane.particles.owned; ++i) {
     const auto id = static_cast<std::size_t>(membrane.persistent_id[i]);
@@ -110,7 +111,7 @@ TEST(HeatOfAMembrane, TheUmbrellaIsItsFormulaOnTheEdges) {
 
 TEST(HeatOfAMembrane, MassAndAreaOfAVertexAreAThirdOfItsElements) {
   const Membrane membrane = membrane_of(triangulated(grid_mesh(7, 5, 0.1)), 0.25);
-  const Eigen::VectorXd area = particle_areas(membrane, rest_positions(membrane), Living(membrane));
+  const Eigen::VectorXd area = particle_areas(membrane, rest_positions(membrane), ActiveSet(membrane));
   double mass = 0;
   for (PetscInt i = 0; i < membrane.particles.owned; ++i) {
     EXPECT_NEAR(membrane.initial_mass[i], 0.25 * area[i], 1e-17);
@@ -123,13 +124,13 @@ TEST(HeatOfAMembrane, MassAndAreaOfAVertexAreAThirdOfItsElements) {
 // What is dead does not conduct: heat stays on its side of a gap.
 TEST(HeatOfAMembrane, NothingFlowsThroughWhatIsDead) {
   const Membrane membrane = membrane_of(triangulated(grid_mesh(8, 4, 0.1)));
-  Living living(membrane);
+  ActiveSet active(membrane);
   for (std::size_t e = 0; e < membrane.triangles.size(); ++e) {
     double x = 0;
     for (const PetscInt corner : membrane.triangles[e]) {
       x += membrane.rest(0, corner) / 3;
     }
-    living.triangles[e] = !(x > 0.4 && x < 0.5);
+    active.triangles[e] = !(x > 0.4 && x < 0.5);
   }
   HeatOptions options;
   options.diffusivity = 1;
@@ -137,7 +138,7 @@ TEST(HeatOfAMembrane, NothingFlowsThroughWhatIsDead) {
   Field temperature = field_of(membrane, [](const Eigen::Vector3d& x) { return x.x() < 0.45 ? 300.0 : 900.0; });
   for (int step = 0; step < 20; ++step) {
     ASSERT_TRUE(
-        conduction.advance(temperature, {rest_positions(membrane), initial_masses(membrane), living, 0.1}).converged);
+        conduction.advance(temperature, {rest_positions(membrane), initial_masses(membrane), active, 0.1}).converged);
   }
   for (PetscInt i = 0; i < membrane.particles.local(); ++i) {
     EXPECT_NEAR(temperature.data()[i], membrane.rest(0, i) < 0.45 ? 300 : 900, 1e-9);

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "parallel/field.h"
-#include "surface/living.h"
+#include "surface/active_set.h"
 #include "surface/membrane_geometry.h"
 #include "surface/shell.h"
 #include "tests/support/grid_mesh.h"
@@ -75,15 +75,15 @@ inline Field field_of(const Surface& surface, const std::function<double(const E
   return field;
 }
 
-/// What is left when drawn triangles die, chosen by their middle in the undeformed sheet: springs die with the last
+/// What is left when surface triangles die, chosen by their middle in the undeformed sheet: springs die with the last
 /// triangle that shares them. Collective.
-inline Living without(const Sheet& sheet, const std::function<bool(const Eigen::Vector3d&)>& is_dead) {
-  Living living(sheet);
+inline ActiveSet without(const Sheet& sheet, const std::function<bool(const Eigen::Vector3d&)>& is_dead) {
+  ActiveSet active(sheet);
   for (std::size_t c = 0; c < sheet.cells.size(); ++c) {
     const auto corner = [&](std::size_t k) { return sheet.rest.col(sheet.cells[c][k % 4]); };
     const Eigen::Vector3d centre = (corner(0) + corner(1) + corner(2) + corner(3)) / 4;
     for (std::size_t k = 0; k < 4; ++k) {
-      living.triangles[4 * c + k] = !is_dead((corner(k) + corner(k + 1) + centre) / 3);
+      active.triangles[4 * c + k] = !is_dead((corner(k) + corner(k + 1) + centre) / 3);
     }
   }
   for (const Colour colour : all_colours) {
@@ -91,17 +91,17 @@ inline Living without(const Sheet& sheet, const std::function<bool(const Eigen::
     Field lives(springs.layout, 1);  // A ghost does not know all its triangles.
     for (PetscInt s = 0; s < springs.owned(); ++s) {
       for (const PetscInt triangle : springs.triangles[s]) {
-        if (triangle >= 0 && living.triangles[triangle]) {
+        if (triangle >= 0 && active.triangles[triangle]) {
           lives.data()[s] = 1;
         }
       }
     }
     lives.update_ghosts();
     for (std::size_t s = 0; s < springs.ends.size(); ++s) {
-      living.springs[static_cast<std::size_t>(colour)][s] = lives.data()[s] == 1;
+      active.springs[static_cast<std::size_t>(colour)][s] = lives.data()[s] == 1;
     }
   }
-  return living;
+  return active;
 }
 
 /// Folder `shared` beside the repository, or where the environment says it is.

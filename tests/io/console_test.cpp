@@ -20,7 +20,7 @@ std::string run(int monitor, bool terminal) {
     Progress progress;
     progress.step = step;
     progress.time = 0.5 * step;
-    progress.share = step / 6.0;
+    progress.fraction = step / 6.0;
     progress.iterations = 10 * step;
     progress.figures = "|C| 1.250e-01 m";
     console.progress(progress);

@@ -29,7 +29,7 @@ constexpr PetscInt cell_count = 10;
 struct Scene {
   explicit Scene(const Sheet& sheet)
       : surface(drawing_of(sheet, whole_surface(sheet))),
-        springs(drawing_of_springs(sheet, Living(sheet))),
+        springs(drawing_of_springs(sheet, ActiveSet(sheet))),
         positions(sheet.rest) {
     for (Eigen::Index i = 0; i < positions.cols(); ++i) {
       const double id = sheet.persistent_id[i];
@@ -406,12 +406,12 @@ TEST(FrameWriter, DrawsLivingSpringsOnly) {
   const TestFolder folder;
   const Sheet sheet = make_strip(MPI_COMM_WORLD, cell_count, 1);
   Scene scene(sheet);
-  Living living(sheet);
+  ActiveSet active(sheet);
   for (PetscInt i = 0; i < sheet.of(Colour::red).owned(); ++i) {
     const auto cell = sheet.persistent_id[sheet.lattice[i]] - sheet.first_lattice_id;
-    living.springs[static_cast<std::size_t>(Colour::red)][i] = cell % 3 == 0;
+    active.springs[static_cast<std::size_t>(Colour::red)][i] = cell % 3 == 0;
   }
-  scene.springs = drawing_of_springs(sheet, living);
+  scene.springs = drawing_of_springs(sheet, active);
   Frame frame = scene.frame(0, 0);
   frame.springs = &scene.springs;
   RunWriter(options_for(folder / "out")).write(frame);

@@ -7,11 +7,11 @@
 #include <cmath>
 #include <fstream>
 
-#include "base/deck.h"
 #include "base/error.h"
-#include "base/options.h"
 #include "geometry/pi.h"
 #include "meshing/checked_mesh.h"
+#include "options/deck.h"
+#include "options/options.h"
 #include "tests/meshing/scratch_file.h"
 
 namespace pellicle {

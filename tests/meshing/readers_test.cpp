@@ -17,7 +17,7 @@
 namespace pellicle {
 namespace {
 
-/// Points, faces, and texture coordinates where both have them, within a share of the size.
+/// Points, faces, and texture coordinates where both have them, within a fraction of the size.
 void expect_same(const SurfaceMesh& mesh, const SurfaceMesh& expected, double tolerance) {
   ASSERT_EQ(mesh.points.size(), expected.points.size());
   for (std::size_t i = 0; i < mesh.points.size(); ++i) {
@@ -78,8 +78,8 @@ TEST_P(EveryFormat, RefusesATruncatedFile) {
   const ScratchFile whole("whole" + ending);
   write_mesh(rectangle_mesh({6, 5}, {1, 0.7}), whole.path());
   const std::string content = whole.content();
-  for (const double share : {0.3, 0.6, 0.97}) {
-    const std::string cut = content.substr(0, static_cast<std::size_t>(share * static_cast<double>(content.size())));
+  for (const double fraction : {0.3, 0.6, 0.97}) {
+    const std::string cut = content.substr(0, static_cast<std::size_t>(fraction * static_cast<double>(content.size())));
     expect_fault("cut" + ending, cut, "cut" + ending + ":");
   }
 }

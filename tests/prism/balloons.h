@@ -53,9 +53,9 @@ struct TestedWall {
     return result;
   }
 
-  double summed(double share) const {
-    MPI_Allreduce(MPI_IN_PLACE, &share, 1, MPI_DOUBLE, MPI_SUM, membrane.comm());
-    return share;
+  double summed(double fraction) const {
+    MPI_Allreduce(MPI_IN_PLACE, &fraction, 1, MPI_DOUBLE, MPI_SUM, membrane.comm());
+    return fraction;
   }
 
   /// Values of the owned vertices of all ranks by persistent id. Collective.
@@ -91,12 +91,12 @@ struct Balloon : TestedWall {
       : TestedWall(comm, icosphere_mesh(level, radius), options) {}
 
   /// Stretches it along the axes and moves its vertices at random by up to `share` of the radius; sets the thicknesses.
-  void deform(const Eigen::Vector3d& stretch, double share) {
+  void deform(const Eigen::Vector3d& stretch, double fraction) {
     for (PetscInt i = 0; i < membrane.particles.local(); ++i) {
       const auto column = static_cast<std::size_t>(i);
       for (int c = 0; c < 3; ++c) {
         x.values()(c, i) =
-            stretch[c] * membrane.rest(c, i) + share * radius * noise(membrane.persistent_id[column], c, 0);
+            stretch[c] * membrane.rest(c, i) + fraction * radius * noise(membrane.persistent_id[column], c, 0);
       }
     }
     for (std::size_t e = 0; e < thickness_ratio.size(); ++e) {

@@ -5,12 +5,12 @@
 #include <memory>
 
 #include "base/error.h"
+#include "energies/tangent.h"
 #include "geometry/pressure_load.h"
 #include "geometry/principal_axes.h"
+#include "linear/ksp.h"
 #include "prism/damping_potential.h"
 #include "prism/wall_potential.h"
-#include "solvers/ksp.h"
-#include "solvers/tangent.h"
 #include "tests/prism/balloons.h"
 
 namespace pellicle {
@@ -64,13 +64,13 @@ struct VertexBlocks : Potential {
 /// A tangent of a balloon with what it is made of.
 class BalloonTangent {
  public:
-  BalloonTangent(Balloon& balloon, const Way& way, bool positive = false)
+  BalloonTangent(Balloon& balloon, const Way& displacement, bool positive = false)
       : balloon_(balloon),
         blocks_(balloon.membrane.particles),
         projectors(static_cast<std::size_t>(balloon.membrane.particles.local())),
         vertex_blocks(blocks_.hessian) {
-    options.mat_type = way.mat_type;
-    options.tangent = way.tangent;
+    options.mat_type = displacement.mat_type;
+    options.tangent = displacement.tangent;
     options.positive_elements = positive;
     options.mass_damping = 0;
   }
@@ -95,9 +95,9 @@ class BalloonTangent {
     wall_->set_thickness(balloon_.thickness_ratio);
     wall_->set_load(load_pressure);
     if (wall_->blends()) {
-      wall_->set_positive_share(positive_share);
+      wall_->set_psd_blend(psd_blend);
     }
-    tangent_->update(balloon_.x, positive ? Curvature::positive : Curvature::exact);
+    tangent_->update(balloon_.x, positive ? Curvature::psd : Curvature::exact);
     return tangent_->matrix();
   }
 
@@ -118,7 +118,7 @@ class BalloonTangent {
   std::vector<Eigen::Matrix3d>& vertex_blocks;
   std::unique_ptr<DampingPotential> damping;
   bool positive = false;
-  double positive_share = 0;  ///< of the exact one
+  double psd_blend = 0;  ///< of the exact one
 };
 
 /// An inflated balloon, dented, with compressed elements here and there.
@@ -147,9 +147,9 @@ TEST_P(TangentOf, is_minus_the_derivative_of_the_force) {
       balloon.burn();
     }
     const Eigen::Matrix3Xd expected = -balloon.force_change(w, 1e-7);
-    for (const Way& way : ways()) {
-      EXPECT_LE(largest(BalloonTangent(balloon, way).times(w) - expected), 1e-6 * largest(expected))
-          << way.mat_type << " " << way.tangent << (burns ? ", burnt" : "");
+    for (const Way& displacement : ways()) {
+      EXPECT_LE(largest(BalloonTangent(balloon, displacement).times(w) - expected), 1e-6 * largest(expected))
+          << displacement.mat_type << " " << displacement.tangent << (burns ? ", burnt" : "");
     }
   }
 }
@@ -197,11 +197,12 @@ TEST(WallTangent, all_ways_agree) {
     BalloonTangent first(balloon, {"baij", "exact"}, positive);
     fill(first, balloon);
     const Eigen::Matrix3Xd expected = first.times(w);
-    for (const Way& way : ways()) {
-      if (way.tangent == "exact" || !positive) {
-        BalloonTangent tangent(balloon, way, positive);
+    for (const Way& displacement : ways()) {
+      if (displacement.tangent == "exact" || !positive) {
+        BalloonTangent tangent(balloon, displacement, positive);
         fill(tangent, balloon);
-        EXPECT_LE(largest(tangent.times(w) - expected), 1e-12 * largest(expected)) << way.mat_type << way.tangent;
+        EXPECT_LE(largest(tangent.times(w) - expected), 1e-12 * largest(expected))
+            << displacement.mat_type << displacement.tangent;
         EXPECT_LE(largest(tangent.times(w) - expected), 1e-12 * largest(expected)) << "a second time";
       }
     }
@@ -223,11 +224,12 @@ TEST(WallTangent, is_symmetric) {
   const PetscInt owned = balloon.membrane.particles.owned;
   const Eigen::Matrix3Xd all_u = balloon.by_id(u.values().leftCols(owned));
   const Eigen::Matrix3Xd all_w = balloon.by_id(w.values().leftCols(owned));
-  for (const Way& way : ways()) {
-    BalloonTangent tangent(balloon, way);
+  for (const Way& displacement : ways()) {
+    BalloonTangent tangent(balloon, displacement);
     fill(tangent, balloon);
     const double product = tangent.times(w).cwiseProduct(all_u).sum();
-    EXPECT_NEAR(tangent.times(u).cwiseProduct(all_w).sum(), product, 1e-11 * std::abs(product)) << way.mat_type;
+    EXPECT_NEAR(tangent.times(u).cwiseProduct(all_w).sum(), product, 1e-11 * std::abs(product))
+        << displacement.mat_type;
   }
 }
 
@@ -239,35 +241,35 @@ TEST(WallTangent, rigid_motion_meets_no_stiffness_at_rest) {
   for (PetscInt i = 0; i < balloon.membrane.particles.local(); ++i) {
     turn.vector(i) = Eigen::Vector3d(2, 3, -1).cross(Eigen::Vector3d(balloon.x.vector(i)));
   }
-  for (const Way& way : ways()) {
-    BalloonTangent tangent(balloon, way);
-    EXPECT_LE(largest(tangent.times(shift)), 1e-12 * stiffness_scale) << way.mat_type << way.tangent;
-    EXPECT_LE(largest(tangent.times(turn)), 1e-12 * stiffness_scale) << way.mat_type << way.tangent;
+  for (const Way& displacement : ways()) {
+    BalloonTangent tangent(balloon, displacement);
+    EXPECT_LE(largest(tangent.times(shift)), 1e-12 * stiffness_scale) << displacement.mat_type << displacement.tangent;
+    EXPECT_LE(largest(tangent.times(turn)), 1e-12 * stiffness_scale) << displacement.mat_type << displacement.tangent;
   }
 }
 
-// P K P w where the vertices may move, s w with one s where they are held.
+// P K P w where the vertices may move, s w with one s where they are constrained.
 TEST(WallTangent, moves_nothing_in_directions_that_are_held) {
   Dented balloon(PETSC_COMM_WORLD);
   const PetscInt owned = balloon.membrane.particles.owned;
   const Field w = balloon.random_field(1, 4);
-  BalloonTangent held(balloon, {"baij", "exact"});
-  fill(held, balloon);
-  held.damping.reset();
+  BalloonTangent constrained(balloon, {"baij", "exact"});
+  fill(constrained, balloon);
+  constrained.damping.reset();
   BalloonTangent free(balloon, {"baij", "exact"});
-  free.load_pressure = held.load_pressure;
-  free.vertex_blocks = held.vertex_blocks;
+  free.load_pressure = constrained.load_pressure;
+  free.vertex_blocks = constrained.vertex_blocks;
   Field projected(balloon.membrane.particles, 3);
   Eigen::Matrix3Xd along(3, owned);
   Eigen::Matrix3Xd across(3, owned);
   const auto split = [&](const auto& all, PetscInt i) {
     const auto column = static_cast<std::size_t>(i);
     const Eigen::Vector3d value = all.col(balloon.membrane.persistent_id[column]);
-    along.col(i) = held.projectors[column] * value;
+    along.col(i) = constrained.projectors[column] * value;
     across.col(i) = value - along.col(i);
   };
   for (PetscInt i = 0; i < balloon.membrane.particles.local(); ++i) {
-    projected.vector(i) = held.projectors[i] * w.vector(i);
+    projected.vector(i) = constrained.projectors[i] * w.vector(i);
   }
   const Eigen::Matrix3Xd expected = free.times(projected);
   for (PetscInt i = 0; i < owned; ++i) {
@@ -275,7 +277,7 @@ TEST(WallTangent, moves_nothing_in_directions_that_are_held) {
   }
   const Eigen::Matrix3Xd expected_along = balloon.by_id(along);
   const Eigen::Matrix3Xd expected_across = balloon.by_id((w.values() - projected.values()).leftCols(owned));  // times s
-  const Eigen::Matrix3Xd product = held.times(w);
+  const Eigen::Matrix3Xd product = constrained.times(w);
   for (PetscInt i = 0; i < owned; ++i) {
     split(product, i);
   }
@@ -294,9 +296,9 @@ TEST(WallTangent, load_stiffness_is_minus_the_derivative_of_the_pressure_force) 
   const auto load = [&](const Field& x) {
     Eigen::Matrix3Xd force = Eigen::Matrix3Xd::Zero(3, balloon.membrane.particles.local());
     for (const auto& [a, b, c] : balloon.membrane.triangles) {
-      const Eigen::Vector3d share = pressure / 3 * area_vector(x.vector(a), x.vector(b), x.vector(c));
+      const Eigen::Vector3d fraction = pressure / 3 * area_vector(x.vector(a), x.vector(b), x.vector(c));
       for (const PetscInt i : {a, b, c}) {
-        force.col(i) += share;
+        force.col(i) += fraction;
       }
     }
     return Eigen::Matrix3Xd(force.leftCols(owned));
@@ -304,11 +306,12 @@ TEST(WallTangent, load_stiffness_is_minus_the_derivative_of_the_pressure_force) 
   const double step = 1e-5;  // The force is of second degree: central differences are exact.
   const Eigen::Matrix3Xd expected =
       -balloon.by_id((load(balloon.moved(w, step)) - load(balloon.moved(w, -step))) / (2 * step));
-  for (const Way& way : ways()) {
-    BalloonTangent tangent(balloon, way);
+  for (const Way& displacement : ways()) {
+    BalloonTangent tangent(balloon, displacement);
     const Eigen::Matrix3Xd without = tangent.times(w);
     tangent.load_pressure.assign(balloon.membrane.triangles.size(), pressure);
-    EXPECT_LE(largest(tangent.times(w) - without - expected), 1e-8 * largest(expected)) << way.mat_type << way.tangent;
+    EXPECT_LE(largest(tangent.times(w) - without - expected), 1e-8 * largest(expected))
+        << displacement.mat_type << displacement.tangent;
   }
 }
 
@@ -334,13 +337,14 @@ TEST(WallTangent, lagged_stiffness_stays_where_it_was_taken) {
 TEST(WallTangent, values_are_those_of_the_last_update) {
   Dented balloon(PETSC_COMM_WORLD);
   const Field w = balloon.random_field(1, 4);
-  for (const Way& way : ways()) {
-    BalloonTangent used(balloon, way);
+  for (const Way& displacement : ways()) {
+    BalloonTangent used(balloon, displacement);
     used.times(w);
     balloon.deform({1.5, 1.2, 1.1}, 0.01);
-    BalloonTangent fresh(balloon, way);
+    BalloonTangent fresh(balloon, displacement);
     const Eigen::Matrix3Xd expected = fresh.times(w);
-    EXPECT_LE(largest(used.times(w) - expected), 1e-13 * largest(expected)) << way.mat_type << way.tangent;
+    EXPECT_LE(largest(used.times(w) - expected), 1e-13 * largest(expected))
+        << displacement.mat_type << displacement.tangent;
     balloon.deform({1.3, 1.1, 0.9}, 0.02);
   }
 }
@@ -370,16 +374,17 @@ TEST(WallTangent, positive_elements_have_no_negative_eigenvalue) {
 TEST(WallTangent, a_positive_one_is_positive_definite_whatever_the_state) {
   Balloon balloon(PETSC_COMM_SELF, 1, wall_options("incompressible"));
   balloon.deform({0.8, 0.7, 1.1}, 0.02);
-  for (const Way& way : ways()) {
-    for (const bool held : {false, true}) {
-      BalloonTangent tangent(balloon, way);
+  for (const Way& displacement : ways()) {
+    for (const bool constrained : {false, true}) {
+      BalloonTangent tangent(balloon, displacement);
       tangent.load_pressure.assign(balloon.membrane.triangles.size(), 1e4);
-      if (held) {
+      if (constrained) {
         tangent.projectors.bind(3, Eigen::Vector3d(1, 0, 1).asDiagonal());
       }
-      EXPECT_LT(lowest_eigenvalue(tangent.matrix()), -0.1 * stiffness_scale) << way.mat_type;
+      EXPECT_LT(lowest_eigenvalue(tangent.matrix()), -0.1 * stiffness_scale) << displacement.mat_type;
       tangent.positive = true;
-      EXPECT_GT(lowest_eigenvalue(tangent.matrix()), 1e-7 * stiffness_scale) << way.mat_type << " " << way.tangent;
+      EXPECT_GT(lowest_eigenvalue(tangent.matrix()), 1e-7 * stiffness_scale)
+          << displacement.mat_type << " " << displacement.tangent;
       tangent.positive = false;
       EXPECT_LT(lowest_eigenvalue(tangent.matrix()), -0.1 * stiffness_scale) << "the exact one again";
     }
@@ -395,8 +400,8 @@ TEST(WallTangent, an_exact_one_goes_over_to_the_positive_one_in_proportion) {
   for (const char* type : {"baij", "shell"}) {
     BalloonTangent tangent(balloon, {type, "exact"});
     tangent.load_pressure = pressure;
-    const auto product = [&](double share) {
-      tangent.positive_share = share;
+    const auto product = [&](double fraction) {
+      tangent.psd_blend = fraction;
       return tangent.times(direction);
     };
     const Eigen::Matrix3Xd exact = product(0);
@@ -414,10 +419,11 @@ TEST(WallTangent, every_number_of_ranks_gives_the_same) {
   BalloonTangent serial(whole, {"baij", "exact"}, true);
   fill(serial, whole);
   const Eigen::Matrix3Xd expected = serial.times(whole.random_field(1, 4));
-  for (const Way& way : {Way{"baij", "exact"}, Way{"sbaij", "exact"}, Way{"shell", "exact"}}) {
-    BalloonTangent tangent(balloon, way, true);
+  for (const Way& displacement : {Way{"baij", "exact"}, Way{"sbaij", "exact"}, Way{"shell", "exact"}}) {
+    BalloonTangent tangent(balloon, displacement, true);
     fill(tangent, balloon);
-    EXPECT_LE(largest(tangent.times(balloon.random_field(1, 4)) - expected), 1e-11 * largest(expected)) << way.mat_type;
+    EXPECT_LE(largest(tangent.times(balloon.random_field(1, 4)) - expected), 1e-11 * largest(expected))
+        << displacement.mat_type;
   }
 }
 
@@ -425,8 +431,8 @@ TEST(WallTangent, systems_are_solved_with_the_blocks_of_the_diagonal) {
   Dented balloon(PETSC_COMM_WORLD);
   const PetscInt owned = balloon.membrane.particles.owned;
   std::vector<int> iterations;
-  for (const Way& way : {Way{"baij", "exact"}, Way{"aij", "exact"}, Way{"shell", "exact"}}) {
-    BalloonTangent tangent(balloon, way, true);
+  for (const Way& displacement : {Way{"baij", "exact"}, Way{"aij", "exact"}, Way{"shell", "exact"}}) {
+    BalloonTangent tangent(balloon, displacement, true);
     fill(tangent, balloon);
     Mat matrix = tangent.matrix();
     VecHandle x, b;
@@ -439,7 +445,7 @@ TEST(WallTangent, systems_are_solved_with_the_blocks_of_the_diagonal) {
     defaults.preconditioner = PCPBJACOBI;
     defaults.rtol = 1e-10;
     const StageResult result = solve(make_ksp(matrix, matrix, "prism_", defaults), b, x);
-    EXPECT_TRUE(result.converged) << way.mat_type << ": " << result.reason;
+    EXPECT_TRUE(result.converged) << displacement.mat_type << ": " << result.reason;
     iterations.push_back(result.iterations);
     VecHandle product;
     check(VecDuplicate(b, product.create()));
@@ -448,7 +454,7 @@ TEST(WallTangent, systems_are_solved_with_the_blocks_of_the_diagonal) {
     double error = 0, norm = 0;
     check(VecNorm(product, NORM_2, &error));
     check(VecNorm(b, NORM_2, &norm));
-    EXPECT_LE(error, 1e-8 * norm) << way.mat_type;
+    EXPECT_LE(error, 1e-8 * norm) << displacement.mat_type;
   }
   EXPECT_NEAR(iterations[1], iterations[0], 1);
   EXPECT_NEAR(iterations[2], iterations[0], 1);

@@ -33,10 +33,10 @@ void expect_derivatives(const std::string& name, const Material& material, Thick
   const RestMetric rest = element.rest();
   const Eigen::Vector3d a = element.metric();
   const MetricEnergy at = metric_energy(material, rule, rest, a, 1);
-  for (const Eigen::Vector3d& way : {Eigen::Vector3d(1, 0.3, -0.4), Eigen::Vector3d(-0.2, 1, 0.5)}) {
+  for (const Eigen::Vector3d& displacement : {Eigen::Vector3d(1, 0.3, -0.4), Eigen::Vector3d(-0.2, 1, 0.5)}) {
     std::array<double, 2> of_energy{}, of_gradient{};
     for (std::size_t i = 0; i < 2; ++i) {
-      const Eigen::Vector3d step = (i == 0 ? 4e-4 : 2e-4) * a.norm() * way;
+      const Eigen::Vector3d step = (i == 0 ? 4e-4 : 2e-4) * a.norm() * displacement;
       const MetricEnergy there = metric_energy(material, rule, rest, a + step, 1);
       of_energy[i] = std::abs(there.energy - at.energy - at.gradient.dot(step) - step.dot(at.hessian * step) / 2);
       of_gradient[i] = (there.gradient - at.gradient - at.hessian * step).norm();

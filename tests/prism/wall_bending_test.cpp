@@ -9,11 +9,11 @@
 #include <utility>
 #include <vector>
 
+#include "energies/tangent.h"
 #include "geometry/principal_axes.h"
+#include "linear/ksp.h"
 #include "meshing/generators.h"
 #include "meshing/triangulation.h"
-#include "solvers/ksp.h"
-#include "solvers/tangent.h"
 #include "tests/prism/balloons.h"
 #include "tests/prism/elements.h"
 #include "tests/support/shaken_mesh.h"
@@ -91,9 +91,9 @@ struct BentWall : TestedWall {
 
 SurfaceMesh torus() { return triangulated(torus_mesh({18, 10}, 0.1, 0.04)); }
 
-/// A disc whose inner points are shaken within their plane by a share of the edges.
-SurfaceMesh shaken_disc(int rings, double radius, double share) {
-  return shaken(disc_mesh(rings, radius), share * radius / rings, "rim");
+/// A disc whose inner points are shaken within their plane by a fraction of the edges.
+SurfaceMesh shaken_disc(int rings, double radius, double fraction) {
+  return shaken(disc_mesh(rings, radius), fraction * radius / rings, "rim");
 }
 
 /// Meshes with a deformation of each that is not small.
@@ -150,8 +150,8 @@ TEST(WallBending, the_gradient_is_the_derivative_of_the_energy) {
     deform(wall);
     wall.bending.begin_step(wall.x, wall.thickness_ratio);
     const Field along = wall.random_field(1, 4);
-    const Eigen::Matrix3Xd way = wall.by_id(along.values().leftCols(wall.membrane.particles.owned));
-    const double slope = wall.gradient(wall.x).cwiseProduct(way).sum();
+    const Eigen::Matrix3Xd displacement = wall.by_id(along.values().leftCols(wall.membrane.particles.owned));
+    const double slope = wall.gradient(wall.x).cwiseProduct(displacement).sum();
     // The remainder of the Taylor series is of second order, and central differences leave one of third.
     const auto remainder = [&](double step) {
       return std::abs(wall.energy(wall.moved(along, step)) - wall.energy(wall.x) - step * slope);
@@ -182,7 +182,7 @@ TEST(WallBending, all_matrices_agree) {
   BentWall wall(PETSC_COMM_WORLD, torus());
   deform(wall);
   const Field along = wall.random_field(1, 4);
-  for (const Curvature curvature : {Curvature::exact, Curvature::positive}) {
+  for (const Curvature curvature : {Curvature::exact, Curvature::psd}) {
     const Eigen::Matrix3Xd product = wall.times(along, "baij", curvature);
     for (const char* type : {"aij", "sbaij", "shell"}) {
       EXPECT_LT(largest(wall.times(along, type, curvature) - product), 1e-13 * largest(product)) << type;
@@ -194,18 +194,18 @@ TEST(WallBending, the_positive_part_has_no_negative_eigenvalue_and_is_exact_at_r
   for (const Shape& shape : shapes()) {
     BentWall wall(PETSC_COMM_SELF, shape.mesh, {}, shape.is_clamped);
     const Eigen::MatrixXd at_rest = wall.hessian(Curvature::exact);
-    EXPECT_LT((wall.hessian(Curvature::positive) - at_rest).norm(), 1e-9 * at_rest.norm()) << shape.name;
+    EXPECT_LT((wall.hessian(Curvature::psd) - at_rest).norm(), 1e-9 * at_rest.norm()) << shape.name;
     deform(wall);
     wall.bending.begin_step(wall.x, wall.thickness_ratio);
     const Eigen::MatrixXd exact = wall.hessian(Curvature::exact);
     EXPECT_LT((exact - exact.transpose()).norm(), 1e-13 * exact.norm()) << shape.name;
     const Eigen::VectorXd of_exact = principal_axes(exact).values;
     EXPECT_LT(of_exact[0], -1e-3 * of_exact.maxCoeff()) << "no test of " << shape.name;
-    const Eigen::VectorXd values = principal_axes(wall.hessian(Curvature::positive)).values;
+    const Eigen::VectorXd values = principal_axes(wall.hessian(Curvature::psd)).values;
     EXPECT_GT(values[0], -1e-13 * values.maxCoeff()) << shape.name;
 
-    wall.bending.set_positive_share(0.25);
-    const Eigen::MatrixXd positive = wall.hessian(Curvature::positive);
+    wall.bending.set_psd_blend(0.25);
+    const Eigen::MatrixXd positive = wall.hessian(Curvature::psd);
     const Eigen::MatrixXd on_the_way = 0.75 * exact + 0.25 * positive;
     EXPECT_LT((wall.hessian(Curvature::exact) - on_the_way).norm(), 1e-13 * exact.norm()) << shape.name;
   }
@@ -242,11 +242,11 @@ struct Plate {
   double energy() const {
     BentWall wall(PETSC_COMM_WORLD, mesh, options);
     constexpr double small = 1e-4;  // of slopes, the square of which does not count
-    const auto bend = [&](double share) {
+    const auto bend = [&](double fraction) {
       wall.move([&](const Eigen::Vector3d& r) {
         const double x = stretch[0] * r.x(), y = stretch[1] * r.y();
         return Eigen::Vector3d(x, y,
-                               share * (curvature[0] * x * x / 2 + curvature[1] * x * y + curvature[2] * y * y / 2));
+                               fraction * (curvature[0] * x * x / 2 + curvature[1] * x * y + curvature[2] * y * y / 2));
       });
     };
     bend(0);

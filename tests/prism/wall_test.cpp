@@ -7,12 +7,12 @@
 #include <functional>
 #include <tuple>
 
-#include "base/deck.h"
 #include "base/error.h"
-#include "base/options.h"
 #include "meshing/closed_shapes.h"
 #include "meshing/generators.h"
 #include "meshing/triangulation.h"
+#include "options/deck.h"
+#include "options/options.h"
 
 namespace pellicle {
 namespace {

@@ -470,13 +470,13 @@ TEST_F(AblationTest, AHotSphereCutsASheetInTwo) {
   std::map<long, double> found;  // by the root
   constexpr long corners = (n + 1) * (n + 1);
   constexpr double cell_mass = 1.0 / (n * n);
-  for (const auto& [id, share] : ratio) {
+  for (const auto& [id, fraction] : ratio) {
     double initial = cell_mass / 2;
     if (id < corners) {
       const auto cells_along = [](long k) { return k == 0 || k == n ? 1 : 2; };
       initial = cell_mass / 8 * cells_along(id % (n + 1)) * cells_along(id / (n + 1));
     }
-    found[root_of(id)] += initial * share;
+    found[root_of(id)] += initial * fraction;
   }
   ASSERT_EQ(found.size(), 2U);
   std::array<double, 2> found_masses{found.begin()->second, found.rbegin()->second};

@@ -206,7 +206,7 @@ TEST_F(Pinched, PressureRisesBodiesKeepOutAndEverythingComesBack) {
       EXPECT_LT(value_at(history, "time", time, gap), 0.95 * thickness) << gap << " at " << time;
     }
   }
-  // The ends follow their paths, held by springs.
+  // The ends follow their paths, constrained by springs.
   const double half_length = 0.07;
   const auto upper = moved(start, dragged, {0, 0, half_length}, 0.025);
   const auto lower = moved(start, blown_up, {0, 0, -half_length}, 0.025);

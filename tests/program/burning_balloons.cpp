@@ -32,7 +32,7 @@ time: {step: 5 ms, end: 1 s}
 output: {name: ball, interval_steps: 10}
 )";
 
-/// A strip of triangles, held at its ends, which a hot ball that comes across cuts in two.
+/// A strip of triangles, constrained at its ends, which a hot ball that comes across cuts in two.
 const std::string strip_deck = R"(
 chain: inflate
 mesh: {shape: rectangle, cells: [16, 4], size: [0.4 m, 0.1 m]}

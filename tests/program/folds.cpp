@@ -104,7 +104,7 @@ TEST_F(FoldsTest, CutCellsAreLeftOut) {
   EXPECT_LT(cells, 400);
 }
 
-/// Folds of the mesh, from cell to cell, are at most so large a share of the sharp folds of an elastic sheet.
+/// Folds of the mesh, from cell to cell, are at most so large a fraction of the sharp folds of an elastic sheet.
 constexpr double most_stitches = 0.05;
 
 TEST_F(FoldsTest, ASheetThatShrinksFoldsWithoutStitches) {

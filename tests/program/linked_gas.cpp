@@ -58,8 +58,8 @@ TEST_F(LinkedGasTest, BalancesAndIsTheSameOnAnyRanksAndWhenItGoesOn) {
     const double amount = ball.at("gas_amount")[0] + bag.at("gas_amount")[0];
     EXPECT_NEAR(ball.at("gas_amount").back() + bag.at("gas_amount").back(),
                 amount + ball.at("through_pump").back() - bag.at("through_vent").back(), 1e-13 * amount);
-    const double share = dynamics == "projection" ? 0.02 : 0.2;  // A net of hard springs hardly gives way.
-    EXPECT_GT(ball.at("through_tube").back(), share * ball.at("through_pump").back());
+    const double fraction = dynamics == "projection" ? 0.02 : 0.2;  // A net of hard springs hardly gives way.
+    EXPECT_GT(ball.at("through_tube").back(), fraction * ball.at("through_pump").back());
     EXPECT_GT(std::abs(bag.at("through_vent").back()), 0);
     one = ranks == 1 ? bag : one;
     for (const char* name : {"gas_amount", "gas_pressure", "gas_volume"}) {

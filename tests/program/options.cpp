@@ -86,9 +86,9 @@ TEST_F(OptionsTest, NamedObjectsAreReachedFromTheCommandLine) {
   succeed(1, flat);
   const auto fallen = range_of(last_frame(folder() / "out" / "small.pvd").points.at("position"), 2);
   succeed(1, flat + Arguments{"-bodies_floor_point", "0,0,-0.5 mm"});
-  const auto held = range_of(last_frame(folder() / "out" / "small.pvd").points.at("position"), 2);
+  const auto constrained = range_of(last_frame(folder() / "out" / "small.pvd").points.at("position"), 2);
   EXPECT_LT(fallen.second, -3e-3) << "g t^2/2 = 4.5 mm";
-  EXPECT_GT(held.first, -0.51e-3);
+  EXPECT_GT(constrained.first, -0.51e-3);
 }
 
 TEST_F(OptionsTest, TheRecordRunsAgainWithTheSameResult) {

@@ -6,7 +6,7 @@
 
 #include "projection/joint_gram.h"
 #include "projection/successive_projection.h"
-#include "surface/net_strain.h"
+#include "surface/weave_strain.h"
 #include "tests/projection/sheets.h"
 #include "tests/support/grid_mesh.h"
 #include "tests/support/solver_options.h"
@@ -33,7 +33,7 @@ struct Dense {
     for (const Colour colour : all_colours) {
       const auto index = static_cast<std::size_t>(colour);
       Linearisation& constraint = linearisation[index];
-      linearise(scene.sheet.of(colour), scene.x.data(), scene.target[index], scene.living.springs[index], constraint);
+      linearise(scene.sheet.of(colour), scene.x.data(), scene.target[index], scene.active.springs[index], constraint);
       for (Eigen::Index s = 0; s < constraint.error.size(); ++s) {
         const auto& [a, b] = scene.sheet.of(colour).ends[s];
         Eigen::RowVectorXd row = Eigen::RowVectorXd::Zero(3 * scene.sheet.particles.local());
@@ -144,7 +144,7 @@ TEST(JointProjection, IsTheSameOnAnyNumberOfRanks) {
 TEST(JointProjection, DeadSpringsDoNothing) {
   Scene scene(small_sheet());
   disturb(scene, 0.004);
-  for (auto& springs : scene.living.springs) {
+  for (auto& springs : scene.active.springs) {
     springs.assign(springs.size(), false);
   }
   const Eigen::MatrixXd before = scene.x.values();

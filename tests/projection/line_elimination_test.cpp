@@ -6,8 +6,8 @@
 #include <set>
 
 #include "base/error.h"
+#include "linear/ksp.h"
 #include "meshing/generators.h"
-#include "solvers/ksp.h"
 #include "tests/projection/sheets.h"
 #include "tests/support/grid_mesh.h"
 

@@ -50,7 +50,7 @@ inline std::vector<bool> all_of(const SpringSet& springs) { return std::vector<b
 
 /// A sheet with all that a projection reads: at rest and free until a test changes it.
 struct Scene {
-  explicit Scene(Sheet made) : sheet(std::move(made)), x(sheet.particles, 3), mass(sheet.initial_mass), living(sheet) {
+  explicit Scene(Sheet made) : sheet(std::move(made)), x(sheet.particles, 3), mass(sheet.initial_mass), active(sheet) {
     x.values() = sheet.rest;
     pinned.assign(mass.size(), false);
     for (std::size_t colour = 0; colour < 4; ++colour) {
@@ -60,7 +60,7 @@ struct Scene {
   Scene(const Scene&) = delete;
   Scene& operator=(const Scene&) = delete;
 
-  ProjectionInput input() const { return {target, mass, pinned, living}; }
+  ProjectionInput input() const { return {target, mass, pinned, active}; }
 
   void scale_targets(Colour colour, double factor) {
     for (double& length : target[static_cast<std::size_t>(colour)]) {
@@ -73,7 +73,7 @@ struct Scene {
   std::array<std::vector<double>, 4> target;
   std::vector<double> mass;
   std::vector<bool> pinned;
-  Living living;
+  ActiveSet active;
 };
 
 /// Closed quad surface of the given unit cubes, each split into `parts` a side, edges 1/parts, normals outward.

@@ -334,7 +334,7 @@ TEST(SuccessiveProjection, spring_without_length_leaves_the_others_alone) {
   }
 }
 
-/// Straight line of springs, both ends held: its targets contradict the distance of the ends.
+/// Straight line of springs, both ends constrained: its targets contradict the distance of the ends.
 struct HeldLine : Scene {
   HeldLine() : Scene(hand_made_sheet(line(), springs())) {
     pinned.front() = pinned.back() = true;

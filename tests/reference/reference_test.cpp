@@ -147,8 +147,8 @@ TEST_P(ReferenceProjection, agrees) {
   const auto lengths = c.spring_values(c.params["target_lengths"]);
   const std::vector<double> mass = c.particle_masses();
   const std::vector<bool> free(c.sheet.particles.local(), false);
-  const Living living(c.sheet);
-  const ProjectionInput input{lengths, mass, free, living};
+  const ActiveSet active(c.sheet);
+  const ProjectionInput input{lengths, mass, free, active};
   Field x(c.sheet.particles, 3);
   SuccessiveProjection plain(c.sheet, direct_solves());
 
@@ -165,7 +165,7 @@ TEST_P(ReferenceProjection, agrees) {
     c.set(x, c.params["x0"]);
     const YAML::Node single = c.expected["single_" + letter];
     Linearisation constraint;
-    linearise(c.sheet.of(colour), x.data(), lengths[index], living.springs[index], constraint);
+    linearise(c.sheet.of(colour), x.data(), lengths[index], active.springs[index], constraint);
     const auto errors = single["C"].as<std::vector<double>>();
     for (PetscInt s = 0; s < c.sheet.of(colour).owned(); ++s) {
       EXPECT_NEAR(constraint.error[s], errors.at(c.number[index][s]), tolerance * error);
@@ -209,7 +209,7 @@ TEST_P(ReferenceProjection, agrees) {
     }
     SuccessiveProjection projection(c.sheet, options);
     c.set(x, c.params["x0"]);
-    EXPECT_TRUE(projection.advance(x, {lengths, mass, pinned, living}).converged);
+    EXPECT_TRUE(projection.advance(x, {lengths, mass, pinned, active}).converged);
     c.expect(x, entry.second["x"], name);
     if (const YAML::Node totals = entry.second["substep_total_error"]) {
       ASSERT_EQ(projection.monitored().size(), totals.size() + 1);
@@ -331,7 +331,7 @@ INSTANTIATE_TEST_SUITE_P(A1, ReferenceBurning, ::testing::ValuesIn(cases_of("A1"
 INSTANTIATE_TEST_SUITE_P(A3, ReferenceBurning, ::testing::ValuesIn(cases_of("A3")));
 
 /// Numbers of dead springs.
-void expect_dead_springs(const Case& c, const Living& living) {
+void expect_dead_springs(const Case& c, const ActiveSet& active) {
   for (std::size_t colour = 0; colour < 4; ++colour) {
     const std::string letter(1, letters[colour]);
     const YAML::Node numbers = c.expected["dead_springs"][letter];
@@ -342,7 +342,7 @@ void expect_dead_springs(const Case& c, const Living& living) {
     const SpringSet& springs = c.sheet.springs[colour];
     int alive = 0;
     for (std::size_t s = 0; s < springs.ends.size(); ++s) {
-      const bool lives = living.springs[colour][s];
+      const bool lives = active.springs[colour][s];
       alive += lives && s < static_cast<std::size_t>(springs.owned()) ? 1 : 0;
       EXPECT_EQ(lives, expected.count(c.number[colour][s]) == 0) << letter << " " << c.number[colour][s];
     }
@@ -354,7 +354,7 @@ void expect_dead_springs(const Case& c, const Living& living) {
 /// The surface that is left, cut by marching triangles.
 void expect_cut(const Case& c, const State& state, const Options& options) {
   const DrawnSurface surface =
-      cut_surface(c.sheet, state.burning->living, level_set(c.sheet, state.burning->mass, options.ablation.loss_mass));
+      cut_surface(c.sheet, state.burning->active, level_set(c.sheet, state.burning->mass, options.ablation.loss_mass));
   std::array<double, 2> sums{static_cast<double>(surface.triangles.size()), 0};  // and area
   const auto place = [&](PetscInt number) {
     const DrawnPoint& point = surface.points[number];
@@ -403,7 +403,7 @@ TEST_P(ReferenceBurning, agrees) {
   DiffusionGraph graph;
   graph.pairs = umbrella_pairs(sheet);
   set_umbrella(graph, sheet, std::vector<double>(static_cast<std::size_t>(sheet.particles.local()), 1.0), x0,
-               Living(sheet));
+               ActiveSet(sheet));
   Field squared(sheet.particles, 1);
   squared.values() = (temperature.values() / 1000).array().square();
   const Eigen::VectorXd inflow = graph.inflow(squared);
@@ -445,7 +445,7 @@ TEST_P(ReferenceBurning, agrees) {
     }
   }
   if (c.expected["dead_springs"]) {
-    expect_dead_springs(c, fields.living);
+    expect_dead_springs(c, fields.active);
   }
   if (c.expected["cut_area"]) {
     expect_cut(c, state, options);

@@ -17,8 +17,8 @@ PATH = re.compile(r"(?:src|tests|tools|postproc|input|meshes|cmake|docs)/[\w./-]
 SOLVERS = {"project", "spring", "elastic", "prism", "heat", "gas", "replay"}
 OF_THE_PROGRAM = {"help", "version", "options_table", "log_view", "options_file", "mesh_only"}
 # Where columns of tables and fields of frames are declared as {"name", "unit"} and {"name", components, values}.
-COLUMN = re.compile(r'\{"([a-z_0-9]+)",\s*"([^"]*)"\}')
-DRAWN = re.compile(r'\{"([a-z_]+)",\s*[123],\s*[a-z_]+(?:\.[a-z_]+|->)*\.data\(\)')
+COLUMN = re.compile(r'(?:report\.add\(|\{)"([a-z_0-9]+)",\s*"([^"]*)"[,}]')
+DRAWN = re.compile(r'add_on_\w+\("([a-z_]+)"')
 REGISTERED = re.compile(r'\{"([a-z_]+)", "([^"]*)", Item::\w+, Drawn::(?:yes|of_both_layers)')
 
 
@@ -196,10 +196,10 @@ class Book:
         return f"{name} [{unit}]: not in docs/output.md with this unit"
 
     def faults_of_output(self):
-        for path in sorted((self.root / "src" / "world").glob("*.cpp")):
+        for path in sorted([*(self.root / "src" / "world").glob("*.*"), *(self.root / "src" / "run").glob("*.cpp")]):
             text = path.read_text(encoding="utf-8")
             found = []
-            if "History::Column" in text:
+            if "report.add(" in text or "History::Column" in text:
                 found += COLUMN.findall(text)
             found += [(name, None) for name in DRAWN.findall(text)]
             found += REGISTERED.findall(text)

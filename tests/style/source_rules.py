@@ -8,31 +8,34 @@ import re
 import sys
 
 # The folders of src/ that each may include, and itself: the table of the design.
-FLOOR = {"base", "geometry", "parallel", "surface"}  # of what acts on sheets and membranes
+FLOOR = {"base", "options", "geometry", "parallel", "surface"}  # of what acts on sheets and membranes
 MAY_INCLUDE = {
     "base": set(),
     "geometry": set(),
     "parallel": {"base"},
-    "solvers": {"base", "geometry", "parallel"},
-    "meshing": {"base", "geometry"},
+    "options": {"base"},
+    "linear": {"base", "options", "geometry", "parallel"},
+    "energies": {"base", "options", "geometry", "parallel", "linear"},
+    "meshing": {"base", "options", "geometry"},
     "surface": FLOOR | {"meshing"},
     "state": FLOOR,
     "io": FLOOR | {"state"},
-    "heat": FLOOR | {"solvers"},
+    "heat": FLOOR | {"linear", "energies"},
     "combustion": FLOOR,
     "ablation": FLOOR | {"heat"},
-    "projection": FLOOR | {"solvers"},
-    "prism": FLOOR | {"solvers"},
-    "elastic": FLOOR | {"solvers"},
+    "projection": FLOOR | {"linear", "energies"},
+    "prism": FLOOR | {"linear", "energies"},
+    "elastic": FLOOR | {"linear", "energies"},
     "gas": FLOOR,
-    "air": FLOOR | {"solvers"},
-    "contact": FLOOR | {"meshing", "solvers"},
-    "constraints": FLOOR | {"solvers"},
-    "equilibrium": FLOOR | {"solvers", "prism", "gas", "constraints", "contact"},
-    "world": FLOOR | {"meshing", "solvers", "state", "io", "air", "heat", "combustion", "ablation", "projection",
-                      "prism", "elastic", "gas", "contact", "constraints", "equilibrium"},
+    "air": FLOOR | {"linear", "energies"},
+    "contact": FLOOR | {"meshing", "linear", "energies"},
+    "constraints": FLOOR | {"linear", "energies"},
+    "equilibrium": FLOOR | {"linear", "energies", "prism", "gas", "constraints", "contact"},
+    "world": FLOOR | {"meshing", "linear", "energies", "state", "io", "air", "heat", "combustion", "ablation",
+                      "projection", "prism", "elastic", "gas", "contact", "constraints", "equilibrium"},
+    "run": FLOOR | {"meshing", "linear", "state", "io", "world", "ablation", "heat", "contact"},
     # Of the program alone, no library:
-    "main.cpp": {"world", "base", "io", "large_pages.h"},
+    "main.cpp": {"run", "world", "base", "options", "io", "large_pages.h"},
     "large_pages.h": set(),
     "large_pages.cpp": {"large_pages.h"},
 }

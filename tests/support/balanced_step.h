@@ -1,8 +1,8 @@
 #pragma once
 
+#include "energies/newton_options.h"
+#include "energies/step_objective.h"
 #include "equilibrium/implicit_step.h"
-#include "solvers/newton_options.h"
-#include "solvers/step_objective.h"
 
 namespace pellicle {
 

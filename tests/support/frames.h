@@ -28,7 +28,7 @@
 
 namespace pellicle {
 
-/// How far results that should agree may differ, as a share of a field's range.
+/// How far results that should agree may differ, as a fraction of a field's range.
 constexpr double agreement = 1e-6;
 
 /// Values of a field by vertex_id or cell_id, one entry a component.
@@ -41,7 +41,7 @@ struct DrawnFrame {
   std::map<std::string, PointValues> cell_values;  ///< by the field's name; of a quad those of its four triangles
   std::set<std::string> point_fields;
   std::set<std::string> cell_fields;
-  /// Over all drawn triangles: of each cell field of one component, and of "1" for the area.
+  /// Over all surface triangles: of each cell field of one component, and of "1" for the area.
   std::map<std::string, double> integrals;
   long cells = 0;
   std::set<int> ranks;  ///< that own a cell
@@ -164,7 +164,7 @@ inline double mean_of(const PointValues& values, std::size_t component = 0) {
   return sum / static_cast<double>(values.size());
 }
 
-/// Largest difference between two fields with the same points, as a share of the largest range of a component, or of
+/// Largest difference between two fields with the same points, as a fraction of the largest range of a component, or of
 /// the largest value of a field that is the same everywhere. Fields that do not have the same points differ infinitely.
 inline double relative_difference(const PointValues& a, const PointValues& b) {
   double difference = 0;
@@ -189,7 +189,7 @@ inline double relative_difference(const PointValues& a, const PointValues& b) {
 }
 
 /// Expects that two frames agree in position, temperature, mass ratio and velocity.
-/// @param tolerance as a share of each field's range
+/// @param tolerance as a fraction of each field's range
 inline void expect_same_fields(const DrawnFrame& a, const DrawnFrame& b, double tolerance, const std::string& what) {
   for (const char* field : {"position", "temperature", "mass_ratio", "velocity"}) {
     EXPECT_LE(relative_difference(a.points.at(field), b.points.at(field)), tolerance) << what << ": " << field;
@@ -197,7 +197,7 @@ inline void expect_same_fields(const DrawnFrame& a, const DrawnFrame& b, double 
 }
 
 /// Expects that two frames of a balloon agree in all fields of points and cells, the owner's rank excepted.
-/// @param tolerance as a share of each field's range
+/// @param tolerance as a fraction of each field's range
 inline void expect_same_balloon(const DrawnFrame& a, const DrawnFrame& b, double tolerance, const std::string& what) {
   EXPECT_EQ(a.cells, b.cells) << what;
   for (const char* field : {"position", "velocity"}) {
@@ -211,7 +211,7 @@ inline void expect_same_balloon(const DrawnFrame& a, const DrawnFrame& b, double
 
 /// Expects that two frames of a sheet that burns away agree in all fields of points, cut ones too, and of cells, the
 /// owner's rank excepted.
-/// @param tolerance as a share of each field's range
+/// @param tolerance as a fraction of each field's range
 inline void expect_same_remains(const DrawnFrame& a, const DrawnFrame& b, double tolerance, const std::string& what) {
   EXPECT_EQ(a.cells, b.cells) << what;
   EXPECT_EQ(a.point_fields, b.point_fields) << what;

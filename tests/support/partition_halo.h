@@ -89,14 +89,14 @@ inline std::vector<PartHalo> halos_of_sheet(const std::vector<PetscInt>& corners
     halo.cells = static_cast<PetscInt>(front.size());
     halo.particles += halo.cells;
     std::vector<int> owners_of_ghosts;
-    std::vector<PetscInt> held;  // vertices that the last layer has brought
+    std::vector<PetscInt> constrained;  // vertices that the last layer has brought
     const auto take_vertices = [&] {
-      held.clear();
+      constrained.clear();
       for (const PetscInt cell : front) {
         for (auto i = 4 * static_cast<std::size_t>(cell); i < 4 * static_cast<std::size_t>(cell) + 4; ++i) {
           const auto vertex = static_cast<std::size_t>(corners[i]);
           if (std::exchange(holder_of_vertex[vertex], p) != p) {
-            held.push_back(corners[i]);
+            constrained.push_back(corners[i]);
             if (owner[vertex] != p) {
               owners_of_ghosts.push_back(owner[vertex]);
             }
@@ -110,7 +110,7 @@ inline std::vector<PartHalo> halos_of_sheet(const std::vector<PetscInt>& corners
     take_vertices();
     for (int layer = 0; layer < shell_layers; ++layer) {
       front.clear();
-      for (const PetscInt vertex : held) {
+      for (const PetscInt vertex : constrained) {
         for (const PetscInt* cell = cells_of.begin(vertex); cell != cells_of.end(vertex); ++cell) {
           if (std::exchange(holder_of_cell[*cell], p) != p) {
             front.push_back(*cell);

@@ -14,7 +14,7 @@ namespace pellicle {
 /// Brightness at texture coordinates of the picture that `write_picture` writes: black in the lower left corner, white
 /// in the upper right one, linear between the centres of its pixels and unlike in both directions.
 inline double brightness(double u, double v) {
-  const auto along = [](double share) { return std::clamp(2 * share - 0.5, 0.0, 1.0); };
+  const auto along = [](double fraction) { return std::clamp(2 * fraction - 0.5, 0.0, 1.0); };
   return (100 * along(u) + 155 * along(v)) / 255;
 }
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "solvers/potential.h"
-#include "solvers/term_product.h"
+#include "energies/potential.h"
+#include "energies/term_product.h"
 
 namespace pellicle {
 

@@ -8,9 +8,9 @@
 namespace pellicle {
 
 /// A flat mesh in the x-y plane whose points, but for those of a group, are shaken within the plane by up to `size`.
-inline SurfaceMesh shaken(SurfaceMesh mesh, double size, const std::string& held) {
+inline SurfaceMesh shaken(SurfaceMesh mesh, double size, const std::string& constrained) {
   std::vector<bool> stays(mesh.points.size(), false);
-  for (const int point : mesh.groups.at(held)) {
+  for (const int point : mesh.groups.at(constrained)) {
     stays[point] = true;
   }
   for (std::size_t i = 0; i < mesh.points.size(); ++i) {

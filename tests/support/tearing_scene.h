@@ -4,8 +4,8 @@
 
 namespace pellicle {
 
-/// A small strip that is held at one end and pulled at the other until it cracks here and there and comes apart, in 50
-/// steps. Six frames.
+/// A small strip that is constrained at one end and pulled at the other until it cracks here and there and comes apart,
+/// in 50 steps. Six frames.
 inline const std::string tearing_scene = R"(
 dynamics: elastic
 mesh: {shape: rectangle, cells: [8, 16], size: [0.4 m, 0.8 m]}

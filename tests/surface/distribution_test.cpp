@@ -123,14 +123,14 @@ class DistributionTest : public ::testing::TestWithParam<int> {
     }
     for (std::size_t cell = 0; cell < whole_.cells(); ++cell) {
       if (whole_.part[cell] == rank_) {
-        held_.insert(cell);
+        constrained_.insert(cell);
       }
     }
     for (int layer = 0; layer < GetParam(); ++layer) {
-      const std::set<std::size_t> before = held_;
+      const std::set<std::size_t> before = constrained_;
       for (const std::size_t cell : before) {
         for (const PetscInt vertex : whole_.corner_ids(cell)) {
-          held_.insert(cells_at_[vertex].begin(), cells_at_[vertex].end());
+          constrained_.insert(cells_at_[vertex].begin(), cells_at_[vertex].end());
         }
       }
     }
@@ -163,7 +163,7 @@ class DistributionTest : public ::testing::TestWithParam<int> {
   WholeMesh whole_ = three_pieces();
   std::map<PetscInt, std::vector<std::size_t>> cells_at_;  ///< each vertex
   std::map<PetscInt, int> owner_;                          ///< of each vertex
-  std::set<std::size_t> held_;                             ///< cells of this rank, and the layers round them
+  std::set<std::size_t> constrained_;                      ///< cells of this rank, and the layers round them
 };
 
 INSTANTIATE_TEST_SUITE_P(, DistributionTest, ::testing::Values(0, 1, 2),
@@ -180,7 +180,7 @@ TEST_P(DistributionTest, HoldsItsCellsAndTheLayersRoundThem) {
   }
   std::set<PetscInt> expected_cells;
   std::set<PetscInt> expected_vertices;
-  for (const std::size_t cell : held_) {
+  for (const std::size_t cell : constrained_) {
     expected_cells.insert(WholeMesh::cell_id(cell));
     for (const PetscInt vertex : whole_.corner_ids(cell)) {
       expected_vertices.insert(vertex);

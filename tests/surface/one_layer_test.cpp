@@ -21,7 +21,7 @@ class OneLayer : public ::testing::Test {
   static SheetOptions options() {
     SheetOptions options;
     options.layers = 1;
-    options.areal_density = 8;  // a corner's share of a cell is 1e-2 kg
+    options.areal_density = 8;  // a corner's fraction of a cell is 1e-2 kg
     return options;
   }
 
@@ -66,8 +66,8 @@ TEST_F(OneLayer, CornersCarryAllMass) {
 TEST_F(OneLayer, WhatIsLeftOfALatticePointFallsToTheCornersThatAreLeft) {
   burn({0, 10});
   Eigen::RowVectorXd expected(11);
-  const double share = 1 + 4.0 / 3;  // of the first cell
-  expected << 0, share + 2, 3, 1, share, share + 2, 3, 1, 0, 0, 0;
+  const double fraction = 1 + 4.0 / 3;  // of the first cell
+  expected << 0, fraction + 2, 3, 1, fraction, fraction + 2, 3, 1, 0, 0, 0;
   EXPECT_LE((masses() - 1e-2 * expected).cwiseAbs().maxCoeff(), 1e-15);
 }
 

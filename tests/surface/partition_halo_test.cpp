@@ -42,13 +42,13 @@ TEST(PartitionHalo, IsThatOfASheetOnAsManyRanks) {
   EXPECT_EQ(halo.cells, sheet.elements.owned);
   EXPECT_EQ(halo.particles, sheet.particles.owned);
   EXPECT_EQ(halo.ghosts, sheet.particles.ghosts());
-  const std::vector<int> held = ghosts_by_owner(sheet.particles, ranks);
-  std::vector<int> sent(held.size());
-  MPI_Alltoall(held.data(), 1, MPI_INT, sent.data(), 1, MPI_INT, PETSC_COMM_WORLD);
+  const std::vector<int> constrained = ghosts_by_owner(sheet.particles, ranks);
+  std::vector<int> sent(constrained.size());
+  MPI_Alltoall(constrained.data(), 1, MPI_INT, sent.data(), 1, MPI_INT, PETSC_COMM_WORLD);
   const auto parts_in = [](const std::vector<int>& counts) {
     return std::count_if(counts.begin(), counts.end(), [](int count) { return count > 0; });
   };
-  EXPECT_EQ(halo.neighbours, parts_in(held));
+  EXPECT_EQ(halo.neighbours, parts_in(constrained));
   EXPECT_EQ(halo.receivers, parts_in(sent));
   EXPECT_EQ(halo.sent, std::accumulate(sent.begin(), sent.end(), 0));
   EXPECT_EQ(halo.ghosts > 0, ranks > 1);

@@ -53,7 +53,7 @@ class SplitCornersTest : public ::testing::Test {
       for (std::size_t k = 0; k < 4; ++k) {
         const auto id = [&](std::size_t corner) { return sheet_.persistent_id[sheet_.cells[c][corner % 4]]; };
         if (sides.count(std::minmax(id(k), id(k + 1))) > 0) {
-          living_.cracked[4 * c + k] = true;
+          active_.cracked[4 * c + k] = true;
         }
       }
     }
@@ -62,14 +62,14 @@ class SplitCornersTest : public ::testing::Test {
   void kill(PetscInt element) {
     for (std::size_t c = 0; c < sheet_.cells.size(); ++c) {
       if (sheet_.element_id[c] == element) {
-        std::fill_n(living_.triangles.begin() + static_cast<std::ptrdiff_t>(4 * c), 4, false);
+        std::fill_n(active_.triangles.begin() + static_cast<std::ptrdiff_t>(4 * c), 4, false);
       }
     }
   }
 
   /// What is left when corners have been split; its records are the ids that particles had. Collective.
   WholeSheet split_sheet(PetscInt expected_copies) {
-    const SplitCorners corners = find_split_corners(sheet_, living_);
+    const SplitCorners corners = find_split_corners(sheet_, active_);
     EXPECT_EQ(corners.count, expected_copies);
     std::vector<PetscInt> before(sheet_.persistent_id.begin(), sheet_.persistent_id.begin() + sheet_.particles.owned);
     std::vector<PetscInt> of_copies;
@@ -128,13 +128,13 @@ class SplitCornersTest : public ::testing::Test {
   }
 
   Sheet sheet_ = make_sheet(PETSC_COMM_WORLD, mesh(), options());
-  Living living_{sheet_};
+  ActiveSet active_{sheet_};
   const PetscInt next_ = sheet_.id_end;  ///< the first new id
 };
 
 TEST_F(SplitCornersTest, ACrackInsideDoesNotOpen) {
   crack({{vertex(2, 1), vertex(2, 2)}});
-  EXPECT_EQ(find_split_corners(sheet_, living_).count, 0);
+  EXPECT_EQ(find_split_corners(sheet_, active_).count, 0);
 }
 
 TEST_F(SplitCornersTest, ACrackFromTheRimOpensThere) {
@@ -199,7 +199,7 @@ TEST_F(SplitCornersTest, ACrackEndsInAHole) {
 TEST_F(SplitCornersTest, AHoleAloneSplitsNothing) {
   kill(cell(1, 1));
   kill(cell(2, 2));  // both other cells at their common corner hang together by it alone
-  EXPECT_EQ(find_split_corners(sheet_, living_).count, 0);
+  EXPECT_EQ(find_split_corners(sheet_, active_).count, 0);
 }
 
 }  // namespace

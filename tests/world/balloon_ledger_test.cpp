@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "meshing/closed_shapes.h"
+#include "run/history_tables.h"
 #include "tests/io/files.h"
 #include "tests/support/balls.h"
 #include "tests/support/csv.h"
@@ -18,7 +19,6 @@
 #include "tests/world/one_object.h"
 #include "tests/world/static_balloon.h"
 #include "tests/world/tables.h"
-#include "world/history_tables.h"
 
 namespace pellicle::balloon_ledger_test {
 namespace {
@@ -223,10 +223,10 @@ class BalloonTable : public ::testing::TestWithParam<std::string> {
     Eigen::Matrix<double, 6, 1> squares = Eigen::Matrix<double, 6, 1>::Zero();  // all together, then each kind
     for (PetscInt i = 0; i < membrane_.particles.owned; ++i) {
       const double m = mass_[membrane_.persistent_id[i]];
-      const Eigen::Vector3d way = state_.position.vector(i) - start.position.vector(i);
+      const Eigen::Vector3d displacement = state_.position.vector(i) - start.position.vector(i);
       Eigen::Matrix<double, 3, 5> forces;
       forces << wall.col(i), gas.col(i), m * options_.force.gravity,
-          -m / (h * h) * (way - h * start.velocity.vector(i)), -m * damping / h * way;
+          -m / (h * h) * (displacement - h * start.velocity.vector(i)), -m * damping / h * displacement;
       squares[0] += forces.rowwise().sum().squaredNorm();
       squares.tail<5>() += forces.colwise().squaredNorm().transpose();
     }

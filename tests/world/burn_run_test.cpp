@@ -148,12 +148,12 @@ void expect_springs(const std::filesystem::path& path, const Whole& now, const E
     const auto id = [&](int end) { return std::lround(ids->GetComponent(ends->GetId(end), 0)); };
     lines[key(std::lround(value("colour", line)), id(0), id(1))] = line;
   }
-  std::size_t living = 0;
+  std::size_t active = 0;
   for (const Whole::Spring& spring : now.springs) {
     const auto line = lines.find(key(static_cast<long>(spring.colour), spring.a, spring.b));
     ASSERT_EQ(line != lines.end(), spring.lives);
     if (spring.lives) {
-      ++living;
+      ++active;
       const double strain = (now.x.col(spring.a) - now.x.col(spring.b)).norm() / spring.target - 1;
       EXPECT_NEAR(value("strain", line->second), strain, 1e-6);
       EXPECT_NEAR(value("target_length", line->second), spring.target, 1e-7);
@@ -161,7 +161,7 @@ void expect_springs(const std::filesystem::path& path, const Whole& now, const E
       EXPECT_EQ(value("state", line->second), (has_burnt(spring.a) ? 1 : 0) + (has_burnt(spring.b) ? 1 : 0));
     }
   }
-  EXPECT_EQ(lines.size(), living);
+  EXPECT_EQ(lines.size(), active);
 }
 
 TEST(BurnRun, DrawsWhatTheStateSays) {

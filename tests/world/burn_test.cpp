@@ -58,7 +58,7 @@ struct BurningSheet : Alone {
   }
 
   double dead_triangles() const {
-    const auto& triangles = burning().living.triangles;
+    const auto& triangles = burning().active.triangles;
     return total(
         static_cast<double>(std::count(triangles.begin(), triangles.begin() + 4 * surface().elements.owned, false)));
   }

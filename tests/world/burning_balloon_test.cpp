@@ -66,12 +66,12 @@ struct Stretched : StaticBalloon {
     const double* masses = object.motion().mass();
     return summed(std::accumulate(masses, masses + membrane().particles.owned, 0.0));
   }
-  /// All of the wall has burnt down to this share of its mass.
+  /// All of the wall has burnt down to this fraction of its mass.
   void burn_to(double mass_ratio) {
     const auto& initial = membrane().initial_mass;
     burning().mass.values() =
         mass_ratio * Eigen::Map<const Eigen::RowVectorXd>(initial.data(), static_cast<Eigen::Index>(initial.size()));
-    object.motion().follow();
+    object.motion().update_derived();
   }
 };
 
@@ -98,7 +98,7 @@ TEST(BurningBalloon, RubberIsAsStiffAsItIsWarm) {
   Stretched warm(options);
   for (const double temperature : {250.0, 300.0, 500.0}) {
     warm.burning().temperature.values().setConstant(temperature);
-    warm.object.motion().follow();
+    warm.object.motion().update_derived();
     EXPECT_NEAR(warm.energy(), temperature / 250 * at_reference, 1e-12 * at_reference);
   }
 }
@@ -138,7 +138,7 @@ TEST(BurningBalloon, AHotPlaneHeatsWhatIsNearIt) {
   const BurningFields& fields = balloon.burning();
   const double conductance =
       body_conductance(balloon.membrane(), make_bodies(PETSC_COMM_WORLD, options.bodies).front(),
-                       {balloon.state().position, fields.mass, fields.living, 0, short_step, 0, 2e-3})
+                       {balloon.state().position, fields.mass, fields.active, 0, short_step, 0, 2e-3})
           .sum();
   const AloneStep step = balloon.advance(short_step);
   EXPECT_TRUE(step.converged) << step.reason;
@@ -176,7 +176,7 @@ TEST(BurningBalloon, AVertexWithoutElementsStaysWhereItIs) {
   }
   EXPECT_GT(summed(left), 5);
   for (std::size_t e = 0; e < balloon.membrane().triangles.size(); ++e) {
-    EXPECT_EQ(balloon.elements().stiffness(e) > 0, balloon.burning().living.triangles[e]);
+    EXPECT_EQ(balloon.elements().stiffness(e) > 0, balloon.burning().active.triangles[e]);
   }
   balloon.object.accept(balloon.state().time);
   EXPECT_EQ(balloon.object.ended(), "") << "the law pressure needs no closed wall";

@@ -71,7 +71,7 @@ class Touching {
       }
     }
     const ImplicitResult result = step_->advance(
-        positions, {{sheet.initial_mass, pinned_, start_, h}, initial_lengths(sheet), ones_, ones_, Living(sheet)});
+        positions, {{sheet.initial_mass, pinned_, start_, h}, initial_lengths(sheet), ones_, ones_, ActiveSet(sheet)});
     ASSERT_TRUE(result.converged) << result.reason;
     velocities.values() = (positions.values() - start_.values()) / h;
   }
@@ -206,8 +206,8 @@ TEST(Contact, RolledEdgesOnASlopeStickOrSlipAsCoulombSays) {
   expect_coulomb(joined(grid_mesh(10, 10, edge), arch, {0.137, 0.11, 0.01}), 1);
 }
 
-// Two sheets side by side, whose neighbouring edges have their vertices in the same places, as the lips of a crack
-// have.
+// Two sheets side by side, whose neighbouring edges have their vertices in the same places, as the crack faces of a
+// crack have.
 TEST(Contact, LipsOfACrackOpenAndCloseAndDoNotPassThroughEachOther) {
   const SurfaceMesh half = grid_mesh(4, 4, edge);
   Touching sheets(PETSC_COMM_WORLD, on_first(PETSC_COMM_WORLD, joined(half, half, {4 * edge, 0, 0})), touching());

@@ -26,7 +26,7 @@ constexpr double strength = 100;       // [N/m]
 constexpr double speed = 0.2;          // of the upper end [m/s]
 constexpr double viscous_time = 2e-3;  // viscosity over stiffness [s]
 
-/// A strip between x = 0 and `width`, y = 0 and `length`, held at its lower end and drawn out at its upper one.
+/// A strip between x = 0 and `width`, y = 0 and `length`, constrained at its lower end and drawn out at its upper one.
 Options pulled_strip() {
   Options options;
   options.dynamics = Dynamics::elastic;
@@ -63,7 +63,7 @@ class Pulled : public PulledStrip {
   std::vector<std::array<double, 2>> cracks() {
     std::vector<std::array<double, 2>> own;
     for (PetscInt t = 0; t < 4 * surface().elements.owned; ++t) {
-      if (fields().living.cracked[t]) {
+      if (fields().active.cracked[t]) {
         const auto& corners = surface().cells[t / 4];
         const Eigen::Vector3d middle =
             (surface().rest.col(corners[t % 4]) + surface().rest.col(corners[(t + 1) % 4])) / 2;
@@ -179,7 +179,7 @@ SurfaceMesh notched(int cells, int cut) {
   return mesh;
 }
 
-/// The stress at which a strip cracks first that is not weaker anywhere, as a share of the strength.
+/// The stress at which a strip cracks first that is not weaker anywhere, as a fraction of the strength.
 /// @param notch the part of its width to which it is slit
 double share_at_first_crack(const TestFolder& folder, int cells, double notch, double averaged_over) {
   Options options = pulled_strip();

@@ -17,7 +17,7 @@ namespace {
 
 constexpr double pi = 3.14159265358979323846;
 
-/// A thin ball of rubber, 50 mm in radius: s1 0.3 MPa, K 0.1, held by planes of symmetry.
+/// A thin ball of rubber, 50 mm in radius: s1 0.3 MPa, K 0.1, constrained by planes of symmetry.
 Options rubber_ball() {
   Options options = static_options();
   options.wall.thickness = 0.2e-3;

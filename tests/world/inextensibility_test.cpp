@@ -24,7 +24,7 @@ class Inextensibility : public ::testing::Test {
   }
 };
 
-/// A square sheet of 1 m held by two corners, which come 10 cm nearer to each other in the first half second.
+/// A square sheet of 1 m constrained by two corners, which come 10 cm nearer to each other in the first half second.
 Options hanging_options() {
   Options options;
   options.dynamics = Dynamics::projection;

@@ -40,10 +40,10 @@ Options moving_options() {
 }
 
 /// Expects that a balloon has moved as a whole from its undeformed place, and at what velocity.
-void expect_moved(const StaticBalloon& balloon, const Eigen::Vector3d& way, const Eigen::Vector3d& velocity) {
+void expect_moved(const StaticBalloon& balloon, const Eigen::Vector3d& displacement, const Eigen::Vector3d& velocity) {
   for (PetscInt i = 0; i < balloon.membrane().particles.local(); ++i) {
-    const Eigen::Vector3d place = balloon.membrane().rest.col(i) + way;
-    EXPECT_LE((balloon.state().position.vector(i) - place).norm(), 1e-9 * way.norm());
+    const Eigen::Vector3d place = balloon.membrane().rest.col(i) + displacement;
+    EXPECT_LE((balloon.state().position.vector(i) - place).norm(), 1e-9 * displacement.norm());
     EXPECT_LE((balloon.state().velocity.vector(i) - velocity).norm(), 1e-9 * velocity.norm());
   }
 }
@@ -102,8 +102,8 @@ TEST(RigidBalloon, IsPushedByForcesAndPulledByAttachments) {
   options.attachments["hands"] = attachment;
   StaticBalloon pulled(icosphere_mesh(0, radius), options);
   pulled.reach(h);
-  const Eigen::Vector3d way = 700 / (mass / (h * h) + 700) * Eigen::Vector3d(0.01, 0.005, 0.015);
-  expect_moved(pulled, way, way / h);
+  const Eigen::Vector3d displacement = 700 / (mass / (h * h) + 700) * Eigen::Vector3d(0.01, 0.005, 0.015);
+  expect_moved(pulled, displacement, displacement / h);
 }
 
 TEST(Balloon, BeginsWithItsNoiseWhereItMayMoveAndItsGas) {

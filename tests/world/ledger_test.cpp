@@ -186,11 +186,11 @@ class Tables : public ::testing::Test {
   void add_work(const Whole& before, const Whole& after) {
     const Eigen::Vector3d gravity(0.3, 0, -2);
     const double kept = std::exp(-3 * h);
-    const double share = (1 - kept) / (3 * h);
+    const double fraction = (1 - kept) / (3 * h);
     for (Eigen::Index i = 1; i < after.mass.size(); ++i) {  // The first one is pinned.
       const Eigen::Vector3d moved = after.x.col(i) - before.x.col(i);
       const Eigen::Vector3d change = moved / h - before.v.col(i);
-      const Eigen::Vector3d undamped = (moved / h - kept * before.v.col(i)) / share;
+      const Eigen::Vector3d undamped = (moved / h - kept * before.v.col(i)) / fraction;
       gravity_work_ += after.mass[i] * gravity.dot(moved);
       damping_work_ += after.mass[i] / h * (change - undamped).dot(moved);
     }
@@ -207,10 +207,11 @@ class Tables : public ::testing::Test {
     for (Eigen::Index i = 0; i < before.mass.size(); ++i) {
       const double capacity = 1340 * before.mass[i];
       if (capacity > 0) {
-        const double share = 1 - (before.x.col(i) - centre).squaredNorm() / (0.2 * 0.2);
-        const bool is_heated = share > 0 && time >= ball.start_time;
+        const double fraction = 1 - (before.x.col(i) - centre).squaredNorm() / (0.2 * 0.2);
+        const bool is_heated = fraction > 0 && time >= ball.start_time;
         double temperature = before.temperature[i];
-        double rise = is_heated ? (1 - std::exp(-600 * h)) * share * share * std::max(2000 - temperature, 0.0) : 0;
+        double rise =
+            is_heated ? (1 - std::exp(-600 * h)) * fraction * fraction * std::max(2000 - temperature, 0.0) : 0;
         rise += -200 * before.mass_change[i] / initial_mass_[i];
         temperature += rise;
         heat_in_ += capacity * rise;
@@ -295,7 +296,7 @@ TEST_F(Tables, HaveWhatTheStateSays) {
     run.draw();
     add_pieces(after);
 
-    // Before the first projection: moved by the external force alone (eq. 8 and 9), what is held excepted.
+    // Before the first projection: moved by the external force alone (eq. 8 and 9), what is constrained excepted.
     Eigen::MatrixXd moved = before.x;
     for (Eigen::Index i = 0; i < moved.cols(); ++i) {
       if (i != 0 && after.mass[i] > 0) {

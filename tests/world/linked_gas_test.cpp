@@ -149,8 +149,8 @@ TEST_P(LinkedSheet, GetsWhatTheOtherObjectLoses) {
     EXPECT_NEAR(value("bag", "gas_energy") + value("bag", "gas_work"), energies[1] + enthalpy, 1e-11 * energies[1]);
   }
   // A net of hard springs hardly gives way: of what it gets only the pressure rises.
-  const double share = GetParam() == Dynamics::projection ? 0.003 : 0.01;
-  EXPECT_GT(value("ball", "through_tube"), share * amounts[0]);
+  const double fraction = GetParam() == Dynamics::projection ? 0.003 : 0.01;
+  EXPECT_GT(value("ball", "through_tube"), fraction * amounts[0]);
   const double pressure = value("ball", "gas_pressure");
   EXPECT_GT(pressure, 20);
   EXPECT_NEAR(value("bag", "gas_pressure"), pressure, 0.1 * pressure);
@@ -202,7 +202,7 @@ INSTANTIATE_TEST_SUITE_P(Dynamics, LinkedSheet,
                          [](const auto& dynamics) { return Choice<Dynamics>(dynamics.param).name(); });
 
 TEST(LinkedGas, PressuresOfProjectedAndSpringSheetsDoNotDependOnTheStep) {
-  // A rigid bag gets its share of the gas whatever the step; one that were taken for a free one would take too much.
+  // A rigid bag gets its fraction of the gas whatever the step; one that were taken for a free one would take too much.
   const TestFolder folder;
   double pressure[2];
   for (const int halved : {0, 1}) {

@@ -79,14 +79,14 @@ TEST(MeanStrain, OfACellThatHasLostAPartIsOfItsYellowSprings) {
     }
     return least == 16;  // 2 rows of 6, and 4
   };
-  for (std::size_t t = 0; t < scene.burning().living.triangles.size(); t += 4) {
-    scene.burning().living.triangles[t] = !is_broken(static_cast<PetscInt>(t));
+  for (std::size_t t = 0; t < scene.burning().active.triangles.size(); t += 4) {
+    scene.burning().active.triangles[t] = !is_broken(static_cast<PetscInt>(t));
   }
   scene.object.keep();
   scene.object.restore();  // Springs follow triangles.
   const double bearing = scene.mean_of([&](Colour colour, std::size_t s, const Eigen::Vector3d&) {
     const PetscInt triangle = scene.sheet().of(colour).triangles[s][0];
-    const bool lives = scene.burning().living.springs[static_cast<std::size_t>(colour)][s];
+    const bool lives = scene.burning().active.springs[static_cast<std::size_t>(colour)][s];
     return lives && (colour != Colour::yellow || is_broken(triangle));
   });
   EXPECT_NEAR(scene.figure("mean_strain"), bearing, 1e-14);

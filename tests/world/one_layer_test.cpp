@@ -39,7 +39,7 @@ TEST(OneLayerNet, FallsFreely) {
 }
 
 TEST(OneLayerNet, DoesNotResistShear) {
-  // The lower side is held, the upper one is led along it: the cells become rhombs of the same sides.
+  // The lower side is constrained, the upper one is led along it: the cells become rhombs of the same sides.
   Options options = net_options();
   options.force.gravity.setZero();
   options.pins["below"].box = {-1, -0.01, -1, 2, 0.01, 1};
@@ -51,7 +51,7 @@ TEST(OneLayerNet, DoesNotResistShear) {
   }
   Net net(options);
   net.go(50);
-  const NetStrain strain = *net.object.last_step().strain;
+  const WeaveStrain strain = *net.object.last_step().strain;
   EXPECT_LE(strain.largest, 0.01);
   EXPECT_EQ(strain.largest_of[static_cast<std::size_t>(Colour::yellow)], 0) << "does not act";
   for (std::size_t cell = 0; cell < net.sheet().cells.size(); ++cell) {

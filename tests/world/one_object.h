@@ -4,10 +4,10 @@
 #include <utility>
 #include <vector>
 
+#include "run/world_output.h"
 #include "surface/membrane.h"
 #include "surface/mesh_rows.h"
 #include "surface/sheet.h"
-#include "world/world_output.h"
 
 namespace pellicle {
 

@@ -5,7 +5,7 @@
 #include <sstream>
 
 #include "base/error.h"
-#include "base/options.h"
+#include "options/options.h"
 #include "tests/support/solver_options.h"
 
 namespace pellicle::options_test {

@@ -69,11 +69,11 @@ TEST(Plate, SoItDoesOnIrregularMeshes) {
   SolverOptions solver;
   solve_directly(solver);
   for (const int rings : {8, 16, 32}) {
-    for (const double share : {0.2, 0.3}) {
-      const double error = deflection(shaken(disc_mesh(rings, radius), share * radius / rings, "rim"), 0.3) - 1;
-      print_once("  shaken by %.1f, %2d rings: %+.4f\n", share, rings, error);
+    for (const double fraction : {0.2, 0.3}) {
+      const double error = deflection(shaken(disc_mesh(rings, radius), fraction * radius / rings, "rim"), 0.3) - 1;
+      print_once("  shaken by %.1f, %2d rings: %+.4f\n", fraction, rings, error);
       if (rings == 32) {
-        EXPECT_LT(std::abs(error), 0.01) << share;
+        EXPECT_LT(std::abs(error), 0.01) << fraction;
       }
     }
   }
@@ -119,9 +119,9 @@ TEST(Plate, AStripBucklesAtEulersLoad) {
   for (const bool is_crossed : {false, true}) {
     const SurfaceMesh mesh =
         is_crossed ? square_mesh({20, 6}, {length, width}) : triangulated(rectangle_mesh({20, 6}, {length, width}));
-    const double share = buckling_force(mesh, length, width);
-    print_once("  %.4f of Euler's load\n", share);
-    EXPECT_NEAR(share, 1, 0.005);
+    const double fraction = buckling_force(mesh, length, width);
+    print_once("  %.4f of Euler's load\n", fraction);
+    EXPECT_NEAR(fraction, 1, 0.005);
   }
 }
 

@@ -80,8 +80,8 @@ class PulledStrip {
 
   /// It has parted half-way up: each half has half of the mass, and has sprung back to half of the length; the gap is
   /// what the upper end has moved.
-  /// @param earliest time of the parting, before `latest` [s] @param share of what the upper end has moved: how near
-  void expect_halves(double mass, double length, double earliest, double latest, double moved, double share) {
+  /// @param earliest time of the parting, before `latest` [s] @param fraction of what the upper end has moved: how near
+  void expect_halves(double mass, double length, double earliest, double latest, double moved, double fraction) {
     const Pieces& pieces = fields().pieces;
     ASSERT_EQ(pieces.present.size(), 2U);
     EXPECT_GE(pieces.birth_time[1], earliest);
@@ -94,8 +94,8 @@ class PulledStrip {
     if (lower[0] > upper[0]) {
       std::swap(lower, upper);
     }
-    EXPECT_NEAR(lower[1], length / 2, share / 2 * moved);
-    EXPECT_NEAR(upper[0] - lower[1], moved, share * moved);
+    EXPECT_NEAR(lower[1], length / 2, fraction / 2 * moved);
+    EXPECT_NEAR(upper[0] - lower[1], moved, fraction * moved);
   }
 
  private:

@@ -13,6 +13,7 @@
 #include "base/error.h"
 #include "geometry/pi.h"
 #include "meshing/closed_shapes.h"
+#include "run/step_control.h"
 #include "tests/io/files.h"
 #include "tests/support/balls.h"
 #include "tests/support/csv.h"
@@ -21,7 +22,6 @@
 #include "tests/support/solver_options.h"
 #include "tests/world/one_object.h"
 #include "tests/world/static_balloon.h"
-#include "world/step_control.h"
 
 namespace pellicle::ringing_balloon_test {
 namespace {

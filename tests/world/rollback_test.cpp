@@ -69,7 +69,7 @@ TEST(Rollback, AssigningABurningBalloonsStatePutsEveryFieldBack) {
   state.add_burning(membrane);
   state.burning->pieces = initial_pieces(membrane);
   for (const Colour none : {Colour::red, Colour::green, Colour::yellow}) {
-    state.burning->living.springs[static_cast<std::size_t>(none)] = {true};  // to be seen to be put back
+    state.burning->active.springs[static_cast<std::size_t>(none)] = {true};  // to be seen to be put back
   }
   expect_put_back(state, membrane);
 }

@@ -66,7 +66,7 @@ struct MovingSheet : Alone {
     }
     return mean;
   }
-  /// The least gap of a drawn triangle of this rank from a body.
+  /// The least gap of a surface triangle of this rank from a body.
   double least_gap(const BodyOptions& body) const {
     const Solid solid = make_bodies(PETSC_COMM_WORLD, {{"body", body}})[0].at(state().time);
     double least = std::numeric_limits<double>::infinity();

@@ -101,8 +101,8 @@ TEST(ArcLength, FollowsASphereThroughBothOfItsLimitPoints) {
   }
 }
 
-// A flat pyramid on a rim that is held, pushed down at its top: it snaps through. Its height z is all that moves; by
-// the slant height s(z) of its sides, whose strain is E = (s^2/s0^2 - 1)/2,
+// A flat pyramid on a rim that is constrained, pushed down at its top: it snaps through. Its height z is all that
+// moves; by the slant height s(z) of its sides, whose strain is E = (s^2/s0^2 - 1)/2,
 //
 //   U = 6 A h (lambda/2 + mu) E^2, force -dU/dz.
 TEST(ArcLength, FollowsAPyramidThatSnapsThrough) {

@@ -1,4 +1,4 @@
-#include "world/step_control.h"
+#include "run/step_control.h"
 
 #include <gtest/gtest.h>
 

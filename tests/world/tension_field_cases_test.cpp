@@ -93,7 +93,7 @@ TEST(TensionFieldCases, mylar_balloon) {
 /// is moved and turned so far that the stress along it is zero at the height b.
 struct Band {
   double moment = 0;    ///< M/(P H) of the middle section
-  double wrinkled = 0;  ///< share of the height where nothing is borne along it
+  double wrinkled = 0;  ///< fraction of the height where nothing is borne along it
 };
 
 Band bent_band(int rows, double b) {

@@ -204,7 +204,7 @@ struct Tear {
 };
 
 /// Pulls a strip of eight cells apart until it tears.
-/// @param mass that is left of it, as a share
+/// @param mass that is left of it, as a fraction
 Tear tear(Options options, double mass = 1) {
   options.sheet.areal_density = 1;
   options.combustion.mass_loss_rate = 0;
@@ -227,7 +227,7 @@ Tear tear(Options options, double mass = 1) {
   EXPECT_EQ(sheet.burning().mass_burnt, 0);
   Tear result{sheet.state().time, {}};
   for (PetscInt c = 0; c < sheet.surface().elements.owned; ++c) {
-    const auto first = sheet.burning().living.cracked.begin() + static_cast<std::ptrdiff_t>(4 * c);
+    const auto first = sheet.burning().active.cracked.begin() + static_cast<std::ptrdiff_t>(4 * c);
     EXPECT_EQ(sheet.burning().burn_time[c], -1) << "cell " << c << " has not burnt";
     if (std::count(first, first + 4, true) > 0) {
       result.x.push_back(sheet.surface().rest(0, sheet.surface().lattice[c]));

@@ -245,7 +245,7 @@ TEST_P(TogetherByDynamics, TheFloorBearsTheWeightOfAll) {
   EXPECT_NEAR(force, -mass * g, 0.01 * mass * g);
 }
 
-// Gravity is tilted against a sheet that is held, on which another one lies.
+// Gravity is tilted against a sheet that is constrained, on which another one lies.
 TEST_P(TogetherByDynamics, ASheetOnASlopeSticksAndSlides) {
   constexpr double g = 9.81;     // [m/s^2]
   constexpr double slope = 0.5;  // [rad]
@@ -443,7 +443,7 @@ TEST(Together, AStartInsideABodyIsNamed) {
   }
 }
 
-// A strip that is drawn out below another one. Undeformed, the lips of its cracks are in one place.
+// A strip that is drawn out below another one. Undeformed, the crack faces of its cracks are in one place.
 TEST(Together, LipsOfCracksOpen) {
   const TestFolder folder;
   std::deque<NamedOptions> objects;

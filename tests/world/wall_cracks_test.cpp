@@ -70,7 +70,7 @@ class Pulled : public PulledStrip {
   std::vector<double> heights() {
     std::vector<double> own;
     for (PetscInt side = 0; side < 3 * surface().elements.owned; ++side) {
-      if (fields().living.cracked[side]) {
+      if (fields().active.cracked[side]) {
         own.push_back(surface().rest(1, surface().corner(side / 3, side % 3)));
         own.push_back(surface().rest(1, surface().corner(side / 3, side % 3 + 1)));
       }
@@ -108,8 +108,8 @@ TEST(WallCracks, part_a_strip_across_where_it_is_weak) {
   }
   EXPECT_EQ(run.surface().particles.global, vertices + cells + 1);
   EXPECT_EQ(run.surface().elements.global, elements) << "no element is lost";
-  const std::vector<bool>& living = run.fields().living.triangles;
-  EXPECT_TRUE(std::all_of(living.begin(), living.end(), [](bool lives) { return lives; }));
+  const std::vector<bool>& active = run.fields().active.triangles;
+  EXPECT_TRUE(std::all_of(active.begin(), active.end(), [](bool lives) { return lives; }));
   const std::vector<PetscInt> ids = run.ids();
   EXPECT_EQ(std::set<PetscInt>(ids.begin(), ids.end()).size(), ids.size());
   EXPECT_EQ(*std::max_element(ids.begin(), ids.end()), vertices + cells) << "new ids follow on the old ones";

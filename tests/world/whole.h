@@ -46,7 +46,7 @@ struct Whole {
       for (PetscInt s = 0; s < set.owned(); ++s) {
         own_springs.insert(own_springs.end(),
                            {static_cast<double>(colour), id(set.ends[s][0]), id(set.ends[s][1]),
-                            state.target_length[colour][s], state.burning->living.springs[colour][s] ? 1.0 : 0.0});
+                            state.target_length[colour][s], state.burning->active.springs[colour][s] ? 1.0 : 0.0});
       }
     }
     const std::vector<double> all_springs = of_all_ranks(own_springs);
@@ -60,7 +60,7 @@ struct Whole {
         own_cells.push_back(id(corner));
       }
       own_cells.push_back(id(sheet.lattice[c]));
-      const auto first = state.burning->living.triangles.begin() + static_cast<std::ptrdiff_t>(4 * c);
+      const auto first = state.burning->active.triangles.begin() + static_cast<std::ptrdiff_t>(4 * c);
       own_cells.insert(own_cells.end(), first, first + 4);
     }
     const std::vector<double> all_cells = of_all_ranks(own_cells);
@@ -86,7 +86,7 @@ struct Whole {
     return all;
   }
 
-  /// A value of each living triangle: half of it to the cell's lattice point, a quarter to each of its corners.
+  /// A value of each active triangle: half of it to the cell's lattice point, a quarter to each of its corners.
   template <class Value>
   Eigen::RowVectorXd shared(const Value& of_triangle) const {
     Eigen::RowVectorXd result = Eigen::RowVectorXd::Zero(mass.size());
@@ -115,7 +115,7 @@ struct Whole {
     return std::sqrt(sum);
   }
 
-  /// |d/l - 1| of the living springs of a colour.
+  /// |d/l - 1| of the active springs of a colour.
   std::vector<double> strains(std::size_t colour) const {
     std::vector<double> result;
     for (const Spring& spring : springs) {

@@ -16,7 +16,7 @@ namespace {
 /// Kinetic and elastic. Collective. [J]
 double energy_of(const Alone& alone) { return alone.figure("kinetic_energy") + alone.figure("elastic_energy"); }
 
-/// What of the works has not become energy, as a share of all that was done.
+/// What of the works has not become energy, as a fraction of all that was done.
 struct Closure {
   double open = 0;
   Eigen::VectorXd works;

@@ -1,0 +1,562 @@
+#include "energies/rigid_patches.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "base/error.h"
+#include "geometry/cross_matrix.h"
+#include "linear/ksp.h"
+#include "linear/shell_operations.h"
+#include "parallel/collective.h"
+#include "parallel/exchange.h"
+#include "parallel/partition.h"
+
+namespace pellicle {
+inline namespace energies {
+
+namespace {
+
+/// Owned vertices joined by the edges of triangles.
+CellGraph vertex_graph(PetscInt owned, const std::vector<std::array<PetscInt, 3>>& triangles) {
+  constexpr std::size_t usual = 12;  // two from each of six triangles
+  std::vector<std::vector<int>> neighbours(owned);
+  for (std::vector<int>& of_vertex : neighbours) {
+    of_vertex.reserve(usual);
+  }
+  for (const auto& triangle : triangles) {
+    for (const PetscInt a : triangle) {
+      for (const PetscInt b : triangle) {
+        if (a < owned && b < owned && a != b) {
+          neighbours[a].push_back(static_cast<int>(b));
+        }
+      }
+    }
+  }
+  return graph_of(std::move(neighbours));
+}
+
+Eigen::Vector4d with_arm(const Eigen::Vector3d& arm) { return {1, arm.x(), arm.y(), arm.z()}; }
+
+/// Adds to a block for shifts and turns the contribution of numbers that couple vertices alike in all directions; a
+/// turn w moves a vertex by w x arm.
+/// @param moments sum of the numbers times (1, arm) of both vertices
+template <class Block>
+void add_to(Block& block, const Eigen::Matrix4d& moments) {
+  const Eigen::Matrix3d products = moments.bottomRightCorner<3, 3>();  // of the arms
+  block.template topLeftCorner<3, 3>().diagonal().array() += moments(0, 0);
+  block.template topRightCorner<3, 3>() -= cross_matrix(moments.topRightCorner<1, 3>().transpose());
+  block.template bottomLeftCorner<3, 3>() += cross_matrix(moments.bottomLeftCorner<3, 1>());
+  block.template bottomRightCorner<3, 3>() -= products.transpose();
+  block.template bottomRightCorner<3, 3>().diagonal().array() += products.trace();
+}
+
+/// Refuses options for levels that the patches do not have.
+void check_options(KSP solver, TangentMatrix type) {
+  char wanted[64] = "additive";
+  PetscInt levels = 2;
+  const char* prefix = nullptr;
+  check(KSPGetOptionsPrefix(solver, &prefix));
+  check(PetscOptionsGetString(nullptr, prefix, "-pc_mg_type", wanted, sizeof wanted, nullptr));
+  check(PetscOptionsGetInt(nullptr, prefix, "-pc_mg_levels", &levels, nullptr));
+  if (std::string(wanted) != "additive" || levels != 2) {
+    throw Error(std::string("-") + prefix + "pc_mg_" +
+                (levels != 2 ? "levels " + std::to_string(levels) : std::string("type ") + wanted) +
+                ": the patches are one coarse level, added to the blocks of the diagonal; expected additive, 2 levels");
+  }
+  if (type == TangentMatrix::sbaij) {
+    throw Error("-" + std::string(prefix) +
+                "pc_type mg: needs all entries of the matrix, expected mat_type baij, aij or shell");
+  }
+}
+
+}  // namespace
+
+std::unique_ptr<RigidPatches> RigidPatches::of(KSP solver, const Tangent& tangent,
+                                               const std::vector<std::array<PetscInt, 3>>& triangles, int patch_size) {
+  PC pc = nullptr;
+  PetscBool is_multigrid = PETSC_FALSE;
+  check(KSPGetPC(solver, &pc));
+  check(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(pc), PCMG, &is_multigrid));
+  if (is_multigrid == PETSC_FALSE) {
+    return nullptr;
+  }
+  check_options(solver, tangent.type());
+  std::unique_ptr<RigidPatches> patches(new RigidPatches(solver, tangent, triangles, patch_size));
+  KSP smoother = nullptr;
+  PC smoother_pc = nullptr;
+  check(PCMGSetLevels(pc, 2, nullptr));
+  check(PCMGSetType(pc, PC_MG_ADDITIVE));
+  // PETSc would tell restriction and interpolation apart by their numbers of rows, which may be equal.
+  MatHandle restriction;
+  VecHandle scale;  // of restricted states, of which there are none
+  check(MatCreateTranspose(patches->interpolation_, restriction.create()));
+  check(PCMGSetInterpolation(pc, 1, patches->interpolation_));
+  check(PCMGSetRestriction(pc, 1, restriction));
+  check(MatCreateVecs(patches->interpolation_, scale.create(), nullptr));
+  check(PCMGSetRScale(pc, 1, scale));
+  check(PCMGGetSmoother(pc, 1, &smoother));
+  check(KSPGetPC(smoother, &smoother_pc));
+  check(KSPSetType(smoother, KSPPREONLY));
+  check(PCSetType(smoother_pc, PCPBJACOBI));
+  check(PCMGGetCoarseSolve(pc, &patches->coarse_solver_));
+  PetscInt coarse_unknowns = 0;
+  check(MatGetSize(patches->interpolation_, nullptr, &coarse_unknowns));
+  patches->set_coarse_solver(coarse_unknowns / 6);
+  return patches;
+}
+
+RigidPatches::RigidPatches(KSP solver, const Tangent& tangent, const std::vector<std::array<PetscInt, 3>>& triangles,
+                           int patch_size)
+    : solver_(solver), tangent_(tangent) {
+  const Layout& vertices = tangent.vertices();
+  const auto owned = static_cast<int>(vertices.owned);
+  const int count = owned / patch_size + (owned % patch_size > 0 ? 1 : 0);
+  std::vector<int> patch;
+  together(vertices.comm, [&] { patch = split_in_patches(vertex_graph(vertices.owned, triangles), count); });
+  first_patch_ = number_owned(vertices.comm, count).first;
+  for (const int p : patch) {
+    patch_.push_back(first_patch_ + p);
+  }
+  rows_.resize(count);
+  movement_.resize(6, count);
+  for (PetscInt i = 0; i < vertices.owned; ++i) {
+    if (is_bound(i)) {
+      bound_.push_back(i);
+    }
+  }
+  make_interpolation();
+}
+
+/// Factorises with CHOLMOD, whose blocks suit patches, on several ranks by substructures. Where the interface between
+/// ranks, some 2 sqrt(patches ranks) of the patches of a surface, would be too large for these, algebraic multigrid
+/// shares the work: ML's, symmetric Gauss-Seidel by default.
+void RigidPatches::set_coarse_solver(PetscInt patches) {
+  constexpr PetscInt most_in_interface = 300;
+  PC pc = nullptr;
+  int ranks = 1;
+  check(KSPGetPC(coarse_solver_, &pc));
+  MPI_Comm_size(tangent_.vertices().comm, &ranks);
+  if (ranks == 1) {
+    check(PCSetType(pc, PCCHOLESKY));
+    check(PCFactorSetMatSolverType(pc, MATSOLVERCHOLMOD));
+  } else if (2 * std::sqrt(static_cast<double>(patches) * ranks) <= most_in_interface) {
+    substructures_.precondition(pc);
+  } else {
+    check(PCSetType(pc, PCML));
+  }
+}
+
+void RigidPatches::make_interpolation() {
+  check(MatCreateShell(tangent_.vertices().comm, 3 * tangent_.vertices().owned, 6 * own_patches(), PETSC_DETERMINE,
+                       PETSC_DETERMINE, this, interpolation_.create()));
+  set_shell_operation<&RigidPatches::interpolate>(interpolation_, MATOP_MULT);
+  set_shell_operation<&RigidPatches::restrict_to_patches>(interpolation_, MATOP_MULT_TRANSPOSE);
+}
+
+void RigidPatches::interpolate(Vec patches, Vec vertices) const {
+  const double* in = nullptr;
+  double* out = nullptr;
+  check(VecGetArrayRead(patches, &in));
+  check(VecGetArrayWrite(vertices, &out));
+  for (std::size_t p = 0; p < rows_.size(); ++p) {
+    movement_.col(static_cast<Eigen::Index>(p)).noalias() = basis_[p] * Eigen::Map<const Movement>(in + 6 * p);
+  }
+  for (PetscInt i = 0; i < tangent_.vertices().owned; ++i) {
+    const auto of_patch = movement_.col(local_patch(i));
+    Eigen::Map<Eigen::Vector3d>(out + 3 * i) = of_patch.head<3>() + of_patch.tail<3>().cross(arm_.col(i));
+  }
+  for (const PetscInt i : bound_) {
+    Eigen::Map<Eigen::Vector3d> shift(out + 3 * i);
+    shift = (projector(i) * shift).eval();
+  }
+  check(VecRestoreArrayWrite(vertices, &out));
+  check(VecRestoreArrayRead(patches, &in));
+  check(PetscLogFlops(12.0 * tangent_.vertices().owned));
+}
+
+void RigidPatches::restrict_to_patches(Vec vertices, Vec patches) const {
+  const double* in = nullptr;
+  double* out = nullptr;
+  check(VecGetArrayRead(vertices, &in));
+  check(VecGetArrayWrite(patches, &out));
+  movement_.setZero();
+  const auto add = [this](PetscInt i, const Eigen::Vector3d& force) {
+    auto of_patch = movement_.col(local_patch(i));
+    of_patch.head<3>() += force;
+    of_patch.tail<3>() += arm_.col(i).cross(force);
+  };
+  for (PetscInt i = 0; i < tangent_.vertices().owned; ++i) {
+    add(i, Eigen::Map<const Eigen::Vector3d>(in + 3 * i));
+  }
+  for (const PetscInt i : bound_) {
+    const Eigen::Map<const Eigen::Vector3d> force(in + 3 * i);
+    add(i, projector(i) * force - force);
+  }
+  for (std::size_t p = 0; p < rows_.size(); ++p) {
+    Eigen::Map<Movement>(out + 6 * p).noalias() = basis_[p].transpose() * movement_.col(static_cast<Eigen::Index>(p));
+  }
+  check(VecRestoreArrayWrite(patches, &out));
+  check(VecRestoreArrayRead(vertices, &in));
+  check(PetscLogFlops(15.0 * tangent_.vertices().owned));
+}
+
+/// Finds the patches of all vertices in reach, and allocates their motions.
+void RigidPatches::number_reach() {
+  const Layout& reach = tangent_.reach();
+  patch_.resize(reach.local());
+  update_ghosts(reach, patch_);
+  has_neighbours_ = on_any_rank(reach.comm, reach.local() > reach.owned);
+  motions_ = has_neighbours_ ? Field(reach, 18) : Field();
+  knows_reach_ = true;
+}
+
+/// Motions of an owned vertex by shifts and turns of its patch.
+RigidPatches::Motion RigidPatches::of_body(PetscInt vertex) const {
+  Motion motion;
+  motion << Eigen::Matrix3d::Identity(), -cross_matrix(Eigen::Vector3d(arm_.col(vertex)));
+  return projector(vertex) * motion;
+}
+
+/// For each patch an orthonormal basis of its rigid motions, shifts and turns of its shape at x, as far as its vertices
+/// may can move so: single vertices do not turn, and constrained ones do not move.
+void RigidPatches::find_motions(const Field& x) {
+  const auto patches = rows_.size();
+  centre_.setZero(3, own_patches());
+  count_.setZero(own_patches());
+  const PetscInt owned = tangent_.vertices().owned;
+  for (PetscInt i = 0; i < owned; ++i) {
+    centre_.col(local_patch(i)) += x.vector(i);
+    count_[local_patch(i)] += 1;
+  }
+  centre_.array().rowwise() /= count_.transpose().array().max(1);
+  radius_.setZero(own_patches());
+  for (PetscInt i = 0; i < owned; ++i) {
+    double& of_patch = radius_[local_patch(i)];
+    of_patch = std::max(of_patch, (x.vector(i) - centre_.col(local_patch(i))).norm());
+  }
+  arm_.resize(3, owned);
+  basis_.assign(patches, Gram::Zero());
+  for (PetscInt i = 0; i < owned; ++i) {
+    const PetscInt p = local_patch(i);
+    arm_.col(i) = (x.vector(i) - centre_.col(p)) / (radius_[p] > 0 ? radius_[p] : 1);
+    if (!is_bound(i)) {
+      basis_[p].topLeftCorner<4, 4>() += with_arm(arm_.col(i)) * with_arm(arm_.col(i)).transpose();
+    }
+  }
+  for (Gram& gram : basis_) {
+    const Moments moments = gram.topLeftCorner<4, 4>();
+    gram.setZero();
+    add_to(gram, moments);
+  }
+  for (const PetscInt i : bound_) {
+    const Motion motion = of_body(i);
+    basis_[local_patch(i)] += motion.transpose() * motion;
+  }
+  for (std::size_t p = 0; p < patches; ++p) {
+    Gram& gram = basis_[p];
+    const Eigen::SelfAdjointEigenSolver<Gram> solver(gram);
+    constexpr double negligible = 1e-6;
+    const double least = negligible * gram.trace();
+    for (int k = 0; k < 6; ++k) {
+      const double square = solver.eigenvalues()[k];
+      rows_[p].is_idle[k] = square <= least;
+      gram.col(k) = (square <= least ? 0 : 1 / std::sqrt(square)) * solver.eigenvectors().col(k);
+    }
+  }
+  if (has_neighbours_) {
+    for (PetscInt i = 0; i < owned; ++i) {
+      motions_.values().col(i) = (of_body(i) * basis_[local_patch(i)]).reshaped();
+    }
+    motions_.update_ghosts();
+  }
+}
+
+/// Adds up interpolation^T tangent interpolation, first for shifts and turns, and then transforms to the bases.
+/// Symmetric parts are computed once, on ranks that own both sides: for a patch with itself blocks after the diagonal
+/// and half of the diagonal, to which the transposed are added.
+class RigidPatches::Sum : public HessianTerms {
+ public:
+  explicit Sum(RigidPatches& patches) : HessianTerms(patches.tangent_.vertices().owned), all_(patches) {}
+
+  /// Sums the forces on a vertex, before their moments are taken.
+  void add_block(PetscInt row, PetscInt column, const Eigen::Matrix3d& block) override {
+    const PetscInt p = patch(row);
+    const PetscInt q = patch(column);
+    const bool is_own_column = all_.is_own(q);
+    if (is_own_column && (q < p || (p == q && column < row))) {
+      return;
+    }
+    if (row != vertex_ || q != column_patch_) {
+      add_forces();
+      vertex_ = row;
+      column_patch_ = q;
+    }
+    Eigen::Matrix3d allowed = block;
+    if (all_.is_bound(row)) {
+      allowed = projector(row) * block;
+    }
+    if (!is_own_column) {
+      forces_.noalias() += allowed * all_.motion(column);
+      return;
+    }
+    if (all_.is_bound(column)) {
+      allowed *= projector(column);
+    }
+    if (row == column) {
+      allowed *= 0.5;
+    }
+    const Eigen::Vector3d arm = all_.arm_.col(column);
+    forces_.leftCols<3>() += allowed;
+    forces_.col(3) += arm.y() * allowed.col(2) - arm.z() * allowed.col(1);
+    forces_.col(4) += arm.z() * allowed.col(0) - arm.x() * allowed.col(2);
+    forces_.col(5) += arm.x() * allowed.col(1) - arm.y() * allowed.col(0);
+  }
+
+  void add_differences(const std::vector<DifferenceTerm>& terms) override {
+    for (const DifferenceTerm& term : terms) {
+      if (!is_free(term.a) || !is_free(term.b)) {
+        add_blocks(term);
+        continue;
+      }
+      const PetscInt p = patch(term.a);
+      const PetscInt q = patch(term.b);
+      const Eigen::Vector3d arm_a = all_.arm_.col(term.a);
+      const Eigen::Vector3d arm_b = all_.arm_.col(term.b);
+      if (p == q) {  // Its length stays.
+        if (term.across != 0) {
+          const Eigen::Vector3d difference = arm_a - arm_b;
+          all_.moments(p, p).bottomRightCorner<3, 3>() += 0.5 * term.across * difference * difference.transpose();
+        }
+        continue;
+      }
+      add_square(p, arm_a, term);
+      add_square(q, arm_b, term);
+      const Movement at_a = forces_of(term.direction, arm_a);
+      const Movement at_b = forces_of(term.direction, arm_b);
+      const bool is_ordered = p < q;
+      all_.coarse_block(std::min(p, q), std::max(p, q)) -=
+          (is_ordered ? at_a : at_b) * (is_ordered ? at_b : at_a).transpose();
+      if (term.across != 0) {
+        all_.moments(std::min(p, q), std::max(p, q)) -=
+            term.across * with_arm(is_ordered ? arm_a : arm_b) * with_arm(is_ordered ? arm_b : arm_a).transpose();
+      }
+    }
+  }
+
+  void add_numbers(const NumberRows& rows) override {
+    const bool has_normals = rows.along != 0;
+    for (PetscInt i = 0; i < owned(); ++i) {
+      const std::size_t last = rows.offsets[static_cast<std::size_t>(i) + 1];
+      PetscInt q = -1;
+      Eigen::Vector4d sum;  // of the numbers of a patch, times (1, arm)
+      Movement along;       // of the numbers, times unit forces along the normals as forces on the patch
+      const auto add_sums = [&] {
+        add_moments(i, q, sum);
+        if (has_normals && q >= 0) {
+          add_product(i, q, rows.along * forces_of(rows.normals.vector(i), all_.arm_.col(i)), along);
+        }
+      };
+      for (std::size_t k = rows.offsets[i]; k < last; ++k) {
+        const PetscInt j = rows.columns[k];
+        if (!is_free(i) || !is_free(j)) {
+          add_blocks(rows, i, k);
+          continue;
+        }
+        if (patch(j) != q) {
+          add_sums();
+          q = patch(j);
+          sum.setZero();
+          along.setZero();
+        }
+        const double number = (i == j ? 0.5 : 1) * rows.entries[k];
+        sum += number * with_arm(all_.arm_.col(j));
+        if (has_normals) {
+          along += number * forces_of(rows.normals.vector(j), all_.arm_.col(j));
+        }
+      }
+      add_sums();
+    }
+  }
+
+  /// Completes the sum after the last term.
+  void finish() {
+    add_forces();
+    for (PetscInt p = all_.first_patch_; p < all_.first_patch_ + all_.own_patches(); ++p) {
+      CoarseRow& row = all_.row(p);
+      for (std::size_t k = 0; k < row.columns.size(); ++k) {
+        const PetscInt q = row.columns[k];
+        if (all_.is_own(q) && q < p) {
+          continue;
+        }
+        CoarseBlock& block = row.blocks[k];
+        add_to(block, row.moments[k]);
+        if (p == q) {
+          block += block.transpose().eval();
+        }
+        block = (all_.basis_of(p).transpose() * block).eval();
+        if (all_.is_own(q)) {
+          block *= all_.basis_of(q);
+          if (p != q) {
+            all_.coarse_block(q, p) = block.transpose();
+          }
+        }
+      }
+    }
+  }
+
+ private:
+  PetscInt patch(PetscInt vertex) const { return all_.patch_[vertex]; }
+  /// Whether a local vertex is this rank's and may move in all directions.
+  bool is_free(PetscInt vertex) const { return vertex < owned() && !all_.is_bound(vertex); }
+  const Eigen::Matrix3d& projector(PetscInt vertex) const { return all_.projector(vertex); }
+
+  /// A force with its moment about the start of its arm.
+  static Movement forces_of(const Eigen::Vector3d& force, const Eigen::Vector3d& arm) {
+    Movement result;
+    result << force, arm.cross(force);
+    return result;
+  }
+
+  /// Half of the contribution of a difference term at one of its ends alone.
+  void add_square(PetscInt p, const Eigen::Vector3d& arm, const DifferenceTerm& term) {
+    const Movement forces = forces_of(term.direction, arm);
+    all_.coarse_block(p, p) += 0.5 * forces * forces.transpose();
+    if (term.across != 0) {
+      all_.moments(p, p) += 0.5 * term.across * with_arm(arm) * with_arm(arm).transpose();
+    }
+  }
+
+  /// @param sum of numbers that couple vertex i with vertices of patch q, times (1, arm) of these; q -1: none
+  void add_moments(PetscInt i, PetscInt q, const Eigen::Vector4d& sum) {
+    if (q < 0) {
+      return;
+    }
+    const PetscInt p = patch(i);
+    const Eigen::Vector4d own = with_arm(all_.arm_.col(i));
+    if (p <= q) {
+      all_.moments(p, q) += own * sum.transpose();
+    } else {
+      all_.moments(q, p) += sum * own.transpose();
+    }
+  }
+
+  /// Adds the effect of the forces on vertex i to the block of its patch with patch q.
+  void add_product(PetscInt i, PetscInt q, const Movement& own, const Movement& other) {
+    const PetscInt p = patch(i);
+    if (p <= q) {
+      all_.coarse_block(p, q) += own * other.transpose();
+    } else {
+      all_.coarse_block(q, p) += other * own.transpose();
+    }
+  }
+
+  void add_forces() {
+    if (vertex_ < 0) {
+      return;
+    }
+    CoarseBlock& sum = all_.coarse_block(patch(vertex_), column_patch_);
+    sum.topRows<3>() += forces_;
+    for (int column = 0; column < 6; ++column) {
+      sum.col(column).tail<3>() += all_.arm_.col(vertex_).cross(forces_.col(column));
+    }
+    forces_.setZero();
+  }
+
+  RigidPatches& all_;
+  PetscInt vertex_ = -1;
+  PetscInt column_patch_ = -1;
+  Motion forces_ = Motion::Zero();  ///< on the vertex, by motions of the patch
+};
+
+/// Place of a block in its row; the block is added if it is missing.
+std::size_t RigidPatches::place_of(PetscInt row, PetscInt column) {
+  CoarseRow& of_patch = this->row(row);
+  const auto found = std::find(of_patch.columns.begin(), of_patch.columns.end(), column);
+  const std::size_t place = found - of_patch.columns.begin();
+  if (found == of_patch.columns.end()) {
+    of_patch.columns.push_back(column);
+    of_patch.blocks.push_back(CoarseBlock::Zero());
+    of_patch.moments.push_back(Moments::Zero());
+    is_whole_ = false;
+  }
+  return place;
+}
+
+RigidPatches::CoarseBlock& RigidPatches::coarse_block(PetscInt row, PetscInt column) {
+  const std::size_t place = place_of(row, column);
+  return this->row(row).blocks[place];
+}
+
+RigidPatches::Moments& RigidPatches::moments(PetscInt row, PetscInt column) {
+  const std::size_t place = place_of(row, column);
+  return this->row(row).moments[place];
+}
+
+void RigidPatches::fill_coarse() {
+  const MPI_Comm comm = tangent_.vertices().comm;
+  for (PetscInt p = first_patch_; p < first_patch_ + own_patches(); ++p) {
+    CoarseBlock& diagonal = coarse_block(p, p);
+    for (int k = 0; k < 6; ++k) {  // of any size, since nothing goes there
+      diagonal(k, k) += rows_[p - first_patch_].is_idle[k] ? 1 : 0;
+    }
+  }
+  if (on_any_rank(comm, !is_whole_)) {
+    std::vector<PetscInt> own;
+    std::vector<PetscInt> foreign;
+    for (const CoarseRow& row : rows_) {
+      own.push_back(std::count_if(row.columns.begin(), row.columns.end(),
+                                  [&](PetscInt q) { return q >= first_patch_ && q < first_patch_ + own_patches(); }));
+      foreign.push_back(static_cast<PetscInt>(row.columns.size()) - own.back());
+    }
+    check(MatCreate(comm, coarse_.create()));
+    check(MatSetSizes(coarse_, 6 * own_patches(), 6 * own_patches(), PETSC_DETERMINE, PETSC_DETERMINE));
+    check(MatSetType(coarse_, MATAIJ));
+    check(MatXAIJSetPreallocation(coarse_, 6, own.data(), foreign.data(), nullptr, nullptr));
+    check(MatSetOption(coarse_, MAT_NEW_NONZERO_ALLOCATION_ERR, PETSC_TRUE));
+    set_definite(coarse_);
+    substructures_.forget_pattern();
+    is_whole_ = true;
+  }
+  for (PetscInt p = 0; p < own_patches(); ++p) {
+    const CoarseRow& row = rows_[p];
+    const PetscInt number = first_patch_ + p;
+    for (std::size_t k = 0; k < row.columns.size(); ++k) {
+      check(MatSetValuesBlocked(coarse_, 1, &number, 1, &row.columns[k], row.blocks[k].data(), INSERT_VALUES));
+    }
+  }
+  check(MatAssemblyBegin(coarse_, MAT_FINAL_ASSEMBLY));
+  check(MatAssemblyEnd(coarse_, MAT_FINAL_ASSEMBLY));
+}
+
+void RigidPatches::refresh(const Field& x) {
+  lag_.renewed();
+  if (!knows_reach_) {
+    number_reach();
+  }
+  find_motions(x);
+  for (CoarseRow& row : rows_) {
+    std::fill(row.blocks.begin(), row.blocks.end(), CoarseBlock::Zero());
+    std::fill(row.moments.begin(), row.moments.end(), Moments::Zero());
+  }
+  Sum sum(*this);
+  tangent_.visit(sum);
+  sum.finish();
+  fill_coarse();
+  check(KSPSetOperators(coarse_solver_, coarse_, coarse_));
+}
+
+void RigidPatches::forget_pattern() {
+  lag_.forget();
+  knows_reach_ = false;
+  for (CoarseRow& row : rows_) {
+    row.columns.clear();
+    row.blocks.clear();
+    row.moments.clear();
+  }
+  is_whole_ = false;
+}
+
+}  // namespace energies
+}  // namespace pellicle

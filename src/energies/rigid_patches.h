@@ -1,0 +1,117 @@
+#pragma once
+
+#include <petscksp.h>
+
+#include <Eigen/Core>
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "base/handle.h"
+#include "energies/tangent.h"
+#include "linear/preconditioner_lag.h"
+#include "linear/substructures.h"
+#include "parallel/field.h"
+
+namespace pellicle {
+inline namespace energies {
+
+/// The coarse level of a two-level preconditioner (PCMG) for the tangent of a wall or a sheet.
+///
+/// METIS groups the vertices of each rank into patches, and each patch moves as a rigid body, from its present shape.
+/// The wall resists such motions only where patches meet, which is why point-wise preconditioners hardly reduce them;
+/// with the coarse level the number of iterations depends on the size of the patches and not on that of the mesh. The
+/// preconditioner is the sum of two levels: the inverse 3x3 blocks of the diagonal, and the coarse level, solved
+/// exactly.
+class RigidPatches {
+ public:
+  /// Sets the levels of the solver's PCMG, before the user's options for them (`mg_levels_`, `mg_coarse_`) are read.
+  /// Collective.
+  /// @param tangent whose matrix preconditions the solver
+  /// @param triangles local vertices of each triangle, whose edges join vertices
+  /// @param patch_size approximate number of vertices of a patch
+  /// @returns null if the solver has another preconditioner. Solver and tangent must outlive the patches.
+  /// @throws Error if the tangent is SBAIJ
+  static std::unique_ptr<RigidPatches> of(KSP solver, const Tangent& tangent,
+                                          const std::vector<std::array<PetscInt, 3>>& triangles, int patch_size);
+
+  RigidPatches(const RigidPatches&) = delete;  // PETSc's interpolation points to this object.
+  RigidPatches& operator=(const RigidPatches&) = delete;
+
+  /// Whether a new coarse level is due (PreconditionerLag::due). To be called once after each solve.
+  bool due() { return lag_.due(solver_); }
+
+  /// Makes a new coarse level due. Not collective.
+  void forget() { lag_.forget(); }
+
+  /// Computes the coarse level from the tangent's present values, which must be positive definite. Collective.
+  /// @param x positions at which the tangent was updated [m]
+  void refresh(const Field& x);
+
+  /// To be called when the tangent has a new pattern, before it has values; the coarse level is then made anew.
+  void forget_pattern();
+
+ private:
+  using Motion = Eigen::Matrix<double, 3, 6>;
+  using CoarseBlock = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
+  using Gram = Eigen::Matrix<double, 6, 6>;
+  using Movement = Eigen::Matrix<double, 6, 1>;  ///< shift and turn of a body, or force and moment on it
+  /// Sum of numbers that couple vertices of two patches in all directions alike, times (1, arm) of both vertices.
+  using Moments = Eigen::Matrix4d;
+  /// Blocks of a patch's row of the coarse matrix, in order of insertion.
+  struct CoarseRow {
+    std::vector<PetscInt> columns;  ///< global patches
+    std::vector<CoarseBlock> blocks;
+    std::vector<Moments> moments;                      ///< to be added to the blocks
+    std::vector<bool> is_idle = std::vector<bool>(6);  ///< motions beyond the rank of the patch's motions
+  };
+
+  void set_coarse_solver(PetscInt patches);
+  RigidPatches(KSP solver, const Tangent& tangent, const std::vector<std::array<PetscInt, 3>>& triangles,
+               int patch_size);
+  void make_interpolation();
+  void number_reach();
+  void find_motions(const Field& x);
+  Motion of_body(PetscInt vertex) const;
+  class Sum;
+  std::size_t place_of(PetscInt row, PetscInt column);
+  CoarseBlock& coarse_block(PetscInt row, PetscInt column);
+  Moments& moments(PetscInt row, PetscInt column);
+  void fill_coarse();
+  void interpolate(Vec patches, Vec vertices) const;
+  void restrict_to_patches(Vec vertices, Vec patches) const;
+  Motion motion(PetscInt vertex) const { return motions_.values().col(vertex).reshaped(3, 6); }
+  PetscInt local_patch(PetscInt vertex) const { return patch_[vertex] - first_patch_; }
+  PetscInt own_patches() const { return static_cast<PetscInt>(rows_.size()); }
+  bool is_own(PetscInt patch) const { return patch >= first_patch_ && patch < first_patch_ + own_patches(); }
+  CoarseRow& row(PetscInt patch) { return rows_[patch - first_patch_]; }
+  const Eigen::Matrix3d& projector(PetscInt vertex) const { return tangent_.projectors()[vertex]; }
+  bool is_bound(PetscInt vertex) const { return !tangent_.projectors().is_free(vertex); }
+  const Gram& basis_of(PetscInt patch) const { return basis_[patch - first_patch_]; }
+
+  KSP solver_;
+  const Tangent& tangent_;
+  std::vector<PetscInt> bound_;  ///< owned vertices that may not move in all directions
+  std::vector<PetscInt> patch_;  ///< global patch of each owned vertex, then of the others in reach
+  PetscInt first_patch_ = 0;     ///< global number of this rank's first patch
+  bool knows_reach_ = false;     ///< whether patches of the vertices in reach are known
+  bool has_neighbours_ = false;  ///< whether any rank has vertices of others in reach
+  Field motions_;                ///< (3 x 6, by columns) of each vertex in reach, if there are neighbours
+  std::vector<CoarseRow> rows_;  ///< of this rank's patches
+  // Data of this rank's patches, from the last find_motions.
+  Eigen::Matrix3Xd centre_;  ///< [m]
+  Eigen::VectorXd count_;    ///< number of vertices
+  Eigen::VectorXd radius_;   ///< so that turns and shifts are of like size [m]
+  Eigen::Matrix3Xd arm_;     ///< from the patch's centre to each owned vertex, over its radius
+  std::vector<Gram> basis_;  ///< coordinates, as shifts and turns, of an orthonormal basis of the motions
+  mutable Eigen::Matrix<double, 6, Eigen::Dynamic> movement_;  ///< scratch of interpolate and restrict_to_patches
+  bool is_whole_ = false;                                      ///< whether the coarse matrix has all blocks of the rows
+  MatHandle interpolation_;                                    ///< shell, (3 vertices x 6 patches)
+  MatHandle coarse_;                                           ///< interpolation^T tangent interpolation
+  KSP coarse_solver_ = nullptr;
+  Substructures substructures_;  ///< of the coarse matrix, where ranks share it
+  PreconditionerLag lag_;
+};
+
+}  // namespace energies
+}  // namespace pellicle

@@ -1,0 +1,353 @@
+#include "energies/step_objective.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "base/error.h"
+#include "parallel/collective.h"
+
+namespace pellicle {
+inline namespace energies {
+
+namespace {
+
+/// Least force scale of a residual, as a fraction of the part's force scale: a balloon at rest has no forces.
+constexpr double negligible_force = 1e-6;
+
+std::vector<Layout> vertices_of(const std::vector<StepPart*>& parts) {
+  std::vector<Layout> layouts;
+  std::transform(parts.begin(), parts.end(), std::back_inserter(layouts),
+                 [](const StepPart* part) { return part->vertices(); });
+  return layouts;
+}
+
+}  // namespace
+
+StepObjective::StepObjective(const std::vector<StepPart*>& parts, std::vector<Potential*> between,
+                             const Choice<TangentMatrix>& type, const std::string& prefix)
+    : parts_(parts), joined_(vertices_of(parts)), between_(std::move(between)), position_(joined_.layout(), 3) {
+  if (!between_.empty()) {
+    start_ = Field(joined_.layout(), 3);
+  }
+  MPI_Comm_rank(comm(), &rank_);
+  Projectors projectors(joined_.layout().local());
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
+    const StepPart& part = *parts_[p];
+    for (const PetscInt i : part.projectors().bound()) {
+      projectors.bind(joined_.local(p, i), part.projectors()[i]);
+    }
+    for (Potential* potential : part.potentials()) {
+      if (parts_.size() == 1) {  // With one part its numbers are those of the whole.
+        potentials_.push_back(potential);
+      } else {
+        adapted_.push_back(std::make_unique<PartPotential>(*potential, joined_, p, part.vertices()));
+        potentials_.push_back(adapted_.back().get());
+      }
+    }
+    if (parts_.size() > 1) {
+      places_.push_back({Field(part.vertices(), 3), Field(part.vertices(), 3)});
+      for (std::array<PetscInt, 3> triangle : part.triangles()) {
+        for (PetscInt& corner : triangle) {
+          corner = joined_.local(p, corner);
+        }
+        triangles_.push_back(triangle);
+      }
+    }
+  }
+  potentials_.insert(potentials_.end(), between_.begin(), between_.end());
+  tangent_ = std::make_unique<Tangent>(joined_.layout(), potentials_, std::move(projectors), type, prefix);
+}
+
+/// The parts' own unknowns, one part after the other.
+template <class Of>
+Eigen::VectorXd StepObjective::of_parts(const Of& of) const {
+  std::vector<double> all;
+  for (StepPart* part : parts_) {
+    const Eigen::VectorXd values = of(*part);
+    all.insert(all.end(), values.begin(), values.end());
+  }
+  return Eigen::Map<const Eigen::VectorXd>(all.data(), static_cast<Eigen::Index>(all.size()));
+}
+
+const Field& StepObjective::place(std::size_t part, const Field& x, std::size_t which) const {
+  if (parts_.size() == 1) {
+    return x;
+  }
+  joined_.take(part, x, places_[part][which]);
+  return places_[part][which];
+}
+
+bool StepObjective::begin_step(double h) {
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
+    if (!between_.empty()) {
+      joined_.put(p, parts_[p]->start(), start_);
+    }
+    joined_.put(p, parts_[p]->position(), position_);
+  }
+  for (Potential* potential : between_) {
+    potential->start_from(start_, position_, h);
+  }
+  bool all_led = true;
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
+    if (!between_.empty()) {
+      parts_[p]->move_to(place(p, position_), parts_[p]->own_unknowns());
+    }
+    all_led = !parts_[p]->leaves_held_behind() && all_led;
+  }
+  return all_led;
+}
+
+void StepObjective::move_to(Vec unknowns) {
+  const Eigen::Index size = of_parts([](const StepPart& part) { return part.own_unknowns(); }).size();
+  Eigen::VectorXd own(size);
+  const double* values = nullptr;
+  check(VecGetArrayRead(unknowns, &values));
+  std::copy_n(values, 3 * vertices().owned, position_.data());
+  if (rank_ == 0) {
+    std::copy_n(values + 3 * vertices().owned, size, own.data());
+  }
+  check(VecRestoreArrayRead(unknowns, &values));
+  if (size > 0) {
+    MPI_Bcast(own.data(), static_cast<int>(size), MPI_DOUBLE, 0, comm());
+  }
+  position_.update_ghosts();
+  Eigen::Index first = 0;
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
+    const Eigen::Index count = parts_[p]->own_unknowns().size();
+    parts_[p]->move_to(place(p, position_), own.segment(first, count));
+    first += count;
+  }
+}
+
+void StepObjective::write_to(Vec unknowns) const {
+  const Eigen::VectorXd own = of_parts([](const StepPart& part) { return part.own_unknowns(); });
+  double* values = nullptr;
+  check(VecGetArray(unknowns, &values));
+  std::copy_n(position_.data(), 3 * vertices().owned, values);
+  if (rank_ == 0) {
+    std::copy(own.begin(), own.end(), values + 3 * vertices().owned);
+  }
+  check(VecRestoreArray(unknowns, &values));
+}
+
+double StepObjective::value() {
+  double sum = 0;
+  for (const Potential* potential : between_) {
+    sum += potential->value(position_);
+  }
+  if (!between_.empty()) {
+    sum = sum_over_ranks(comm(), sum);
+  }
+  for (StepPart* part : parts_) {
+    sum += part->value();
+  }
+  return sum;
+}
+
+void StepObjective::compute_residual(Vec residual) {
+  double* values = nullptr;
+  check(VecGetArrayWrite(residual, &values));
+  Eigen::Map<Eigen::Matrix3Xd> sum(values, 3, vertices().owned);
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
+    sum.middleCols(joined_.first_owned(p), parts_[p]->vertices().owned) = parts_[p]->gradient();
+  }
+  for (const Potential* potential : between_) {
+    of_between_.setZero(3, vertices().owned);
+    potential->add_gradient(position_, of_between_);
+    tangent_->projectors().apply(of_between_);
+    sum += of_between_;
+  }
+  squared_residuals_.clear();
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
+    squared_residuals_.push_back(sum.middleCols(joined_.first_owned(p), parts_[p]->vertices().owned).squaredNorm());
+  }
+  const Eigen::VectorXd own = of_parts([](StepPart& part) { return part.own_rows(); });
+  if (rank_ == 0) {
+    std::copy(own.begin(), own.end(), values + 3 * vertices().owned);
+  }
+  check(VecRestoreArrayWrite(residual, &values));
+}
+
+double StepObjective::residual_scale(double rtol) const {
+  std::vector<double>& squares = squares_;
+  squares = squared_residuals_;
+  for (const StepPart* part : parts_) {
+    squares.insert(squares.end(), part->squared_forces().begin(), part->squared_forces().end());
+  }
+  sum_over_ranks(comm(), squares);
+  double all = 0;
+  double worst = 0;
+  double largest = 0;
+  auto forces = squares.begin() + static_cast<std::ptrdiff_t>(parts_.size());
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
+    const auto behind = forces + static_cast<std::ptrdiff_t>(parts_[p]->squared_forces().size());
+    const double scale =
+        std::max(std::sqrt(*std::max_element(forces, behind)), negligible_force * parts_[p]->force_scale());
+    const double allowed = scale * parts_[p]->tolerance() / rtol;
+    forces = behind;
+    largest = std::max(largest, allowed);
+    all += squares[p];
+    worst = std::max(worst, std::sqrt(squares[p]) / allowed);
+  }
+  return worst > 0 ? std::sqrt(all) / worst : largest;
+}
+
+Eigen::VectorXd StepObjective::volume_residual() const {
+  return of_parts([](const StepPart& part) { return part.volume_residual(); });
+}
+
+Eigen::VectorXd StepObjective::multiplier() const {
+  return of_parts([](const StepPart& part) { return part.multiplier(); });
+}
+
+Eigen::VectorXd StepObjective::pressure_scales() const {
+  return of_parts([](const StepPart& part) { return part.pressure_scales(); });
+}
+
+std::vector<int> StepObjective::prescribed() const {
+  std::vector<int> all;
+  int first = 0;
+  for (const StepPart* part : parts_) {
+    for (const int column : part->prescribed()) {
+      all.push_back(first + column);
+    }
+    first += part->columns();
+  }
+  return all;
+}
+
+double StepObjective::inverted(const Field& from, const Field& to) const {
+  double sum = 0;
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
+    sum += parts_[p]->inverted(place(p, from), place(p, to, 1));
+  }
+  return sum;
+}
+
+void StepObjective::limit(Vec residual, Vec descent) const {
+  const PetscInt owned = vertices().owned;
+  const double* gradient = nullptr;
+  double* values = nullptr;
+  check(VecGetArrayRead(residual, &gradient));
+  check(VecGetArray(descent, &values));
+  Eigen::Map<Eigen::Matrix3Xd> down(values, 3, owned);
+  tangent_->projectors().apply(down);
+  down = -down;
+  limit_step(comm(), potentials_, position_, Eigen::Map<const Eigen::Matrix3Xd>(gradient, 3, owned), down);
+  down = -down;
+  check(VecRestoreArray(descent, &values));
+  check(VecRestoreArrayRead(residual, &gradient));
+}
+
+bool StepObjective::refresh() {
+  bool goes_on = false;
+  for (Potential* potential : potentials_) {
+    goes_on = potential->refresh(position_) || goes_on;
+  }
+  if (goes_on) {
+    std::for_each(parts_.begin(), parts_.end(), [](StepPart* part) { part->forget(); });
+  }
+  return goes_on;
+}
+
+int StepObjective::columns() const {
+  int sum = 0;
+  for (const StepPart* part : parts_) {
+    sum += part->columns();
+  }
+  return sum;
+}
+
+void StepObjective::update_tangent(Curvature curvature, LowRankSystem& system, double psd_blend) {
+  for (StepPart* part : parts_) {
+    part->begin_tangent(curvature, psd_blend);
+  }
+  for (Potential* potential : between_) {
+    potential->set_psd_blend(psd_blend);
+  }
+  tangent_->update(position_, curvature);
+  if (system.count() > 0) {
+    system.update(dense_tangent(curvature == Curvature::psd ? 0 : 1 - psd_blend));
+  }
+}
+
+/// Low-rank part of the second derivative. @param left fraction of the indefinite terms that is kept, 0 to 1
+LowRank StepObjective::dense_tangent(double left) {
+  LowRank all(Eigen::SparseMatrix<double>(3 * vertices().owned, columns()), Eigen::VectorXd(columns()));
+  std::vector<Eigen::Triplet<double>> entries;
+  std::vector<Eigen::Index> first_columns;
+  Eigen::Index first = 0;
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
+    first_columns.push_back(first);
+    if (parts_[p]->columns() == 0) {
+      continue;
+    }
+    LowRank part = parts_[p]->dense_tangent();
+    if (parts_.size() == 1) {
+      all = std::move(part);
+      break;
+    }
+    for (Eigen::Index column = 0; column < part.count(); ++column) {
+      for (Eigen::SparseMatrix<double>::InnerIterator entry(part.sparse, column); entry; ++entry) {
+        entries.emplace_back(3 * joined_.first_owned(p) + entry.row(), first + column, entry.value());
+      }
+    }
+    all.mixing.block(first, first, part.count(), part.count()) = part.mixing;
+    all.coefficients.segment(first, part.count()) = part.coefficients;
+    first += part.count();
+  }
+  if (parts_.size() > 1) {
+    all.sparse.setFromTriplets(entries.begin(), entries.end());
+  }
+  if (joint_) {
+    joint_(all, first_columns, left);
+  }
+  return all;
+}
+
+bool StepObjective::blends() const {
+  return std::all_of(parts_.begin(), parts_.end(), [](const StepPart* part) { return part->blends(); });
+}
+
+double StepObjective::residual_norm() const {
+  double sum = std::accumulate(squared_residuals_.begin(), squared_residuals_.end(), 0.0);
+  sum = sum_over_ranks(comm(), sum);
+  return std::sqrt(sum);
+}
+
+bool StepObjective::inverts() const {
+  return std::any_of(parts_.begin(), parts_.end(), [](const StepPart* part) { return part->inverts(); });
+}
+
+bool StepObjective::suits_patches() const {
+  return std::any_of(parts_.begin(), parts_.end(), [](const StepPart* part) { return part->suits_patches(); });
+}
+
+double StepObjective::length_scale() const {
+  double largest = 0;
+  for (const StepPart* part : parts_) {
+    largest = std::max(largest, part->length_scale());
+  }
+  return largest;
+}
+
+double StepObjective::rounding() const {
+  double largest = 0;
+  for (const StepPart* part : parts_) {
+    largest = std::max(largest, part->rounding());
+  }
+  return largest;
+}
+
+double StepObjective::force_scale() const {
+  double largest = 0;
+  for (const StepPart* part : parts_) {
+    largest = std::max(largest, part->force_scale());
+  }
+  return largest;
+}
+
+}  // namespace energies
+}  // namespace pellicle

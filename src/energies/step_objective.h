@@ -1,0 +1,122 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "energies/part_potential.h"
+#include "energies/step_part.h"
+#include "energies/tangent.h"
+#include "linear/low_rank_system.h"
+#include "parallel/joined_layout.h"
+
+namespace pellicle {
+inline namespace energies {
+
+/// Energy that an implicit step makes stationary, with gradient and second derivative: the sum of the parts of objects
+/// and of potentials between them, such as contact.
+///
+/// Unknowns are the positions of the owned vertices of all parts, as in JoinedLayout, then on rank 0 the parts' own
+/// unknowns.
+class StepObjective {
+ public:
+  /// Collective. All arguments must outlive this object.
+  /// @param parts at least one @param between potentials of the positions of all parts, in the order of JoinedLayout
+  /// @param type, prefix as for Tangent
+  StepObjective(const std::vector<StepPart*>& parts, std::vector<Potential*> between, const Choice<TangentMatrix>& type,
+                const std::string& prefix);
+  StepObjective(const StepObjective&) = delete;  // The tangent points to its layout.
+  StepObjective& operator=(const StepObjective&) = delete;
+
+  const Layout& vertices() const { return joined_.layout(); }
+  const std::vector<std::array<PetscInt, 3>>& triangles() const {
+    return parts_.size() == 1 ? parts_.front()->triangles() : triangles_;
+  }
+
+  /// Begins a step of length h [s], after all parts. @returns whether all constrained vertices are at their prescribed
+  /// places; if not, the step is too long. Collective.
+  bool begin_step(double h);
+  /// Sets positions and own unknowns of all parts. Collective.
+  void move_to(Vec unknowns);
+  void write_to(Vec unknowns) const;
+  /// Positions x, ghosts up to date.
+  const Field& position() const { return position_; }
+
+  /// The energy at x [J]. Collective.
+  double value();
+  /// Gradient at x, and the rows of the parts' own unknowns. Collective.
+  void compute_residual(Vec residual);
+  /// Force scale of the last residual [N]: the largest norm of a kind of force in the part furthest from balance, times
+  /// the ratio of that part's StepPart::tolerance to `rtol`. Collective.
+  double residual_scale(double rtol) const;
+  /// Data of the prescribed volumes of all parts, as in StepPart. Not collective.
+  Eigen::VectorXd volume_residual() const;
+  Eigen::VectorXd multiplier() const;
+  Eigen::VectorXd pressure_scales() const;
+  std::vector<int> prescribed() const;
+  /// The norm of the last residual of the positions [N]. Collective.
+  double residual_norm() const;
+  /// Whether elements of any part can turn over. Not collective.
+  bool inverts() const;
+  /// StepPart::inverted, summed over the parts. Collective.
+  double inverted(const Field& from, const Field& to) const;
+  /// Changes the descent y of Newton's step from x to x - y: removes rounding in constrained directions, and shortens
+  /// it by limit_step. Collective.
+  void limit(Vec residual, Vec descent) const;
+  /// Potential::refresh of all potentials. Collective.
+  bool refresh();
+  /// Tangent::update_pattern at x. Collective.
+  bool update_pattern() { return tangent_->update_pattern(position_); }
+
+  const Tangent& tangent() const { return *tangent_; }
+  /// Number of columns of the low-rank part of the second derivative.
+  int columns() const;
+  /// Function that couples columns of several parts, such as gas that flows between objects.
+  /// @param first column of each part @param left fraction of the indefinite terms that is kept, 0 to 1
+  using Joint = std::function<void(LowRank& all, const std::vector<Eigen::Index>& first, double left)>;
+  void set_joint(Joint joint) { joint_ = std::move(joint); }
+  /// Sets the second derivative at x. Collective.
+  /// @param system of the tangent's matrix, with `columns()` columns
+  /// @param psd_blend of the way from the exact tangent to the positive one (see `blends`)
+  void update_tangent(Curvature curvature, LowRankSystem& system, double psd_blend = 0);
+  /// Whether the exact tangent can be moved towards the positive one by a fraction.
+  bool blends() const;
+
+  /// Whether RigidPatches suit any part (StepPart::suits_patches). Not collective.
+  bool suits_patches() const;
+  /// The part that follows arc length, or null. Not collective.
+  StepPart* path() const { return parts_.front()->follows_path() ? parts_.front() : nullptr; }
+
+  /// Largest of the parts' scales and roundings.
+  double length_scale() const;
+  double force_scale() const;
+  double rounding() const;
+
+ private:
+  MPI_Comm comm() const { return vertices().comm; }
+  LowRank dense_tangent(double left);
+  /// Positions of a part if those of all parts are x.
+  const Field& place(std::size_t part, const Field& x, std::size_t which = 0) const;
+  template <class Of>
+  Eigen::VectorXd of_parts(const Of& of) const;
+
+  std::vector<StepPart*> parts_;
+  Joint joint_;
+  JoinedLayout joined_;
+  std::vector<std::array<PetscInt, 3>> triangles_;  ///< of all parts, if there are several
+  std::vector<std::unique_ptr<Potential>> adapted_;
+  std::vector<Potential*> between_;
+  std::vector<Potential*> potentials_;  ///< of all parts and between them, as functions of all positions
+  std::unique_ptr<Tangent> tangent_;
+  int rank_ = 0;
+  Field start_;  ///< if there are potentials between the parts
+  Field position_;
+  mutable std::vector<std::array<Field, 2>> places_;  ///< scratch: positions of each of several parts
+  std::vector<double> squared_residuals_;  ///< this rank's fraction of each part's last squared residual [N^2]
+  mutable std::vector<double> squares_;    ///< scratch: these and those of all forces
+  Eigen::Matrix3Xd of_between_;            ///< the gradient of a potential between the parts
+};
+
+}  // namespace energies
+}  // namespace pellicle

@@ -1,0 +1,94 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+#include "energies/potential.h"
+#include "geometry/projectors.h"
+#include "linear/low_rank.h"
+#include "parallel/field.h"
+
+namespace pellicle {
+inline namespace energies {
+
+/// An object's part of the energy that a step makes stationary (StepObjective): potentials of the positions x of its
+/// vertices, and terms with a dense second derivative of low rank, such as the work of enclosed gas. All functions may
+/// be collective, unless stated otherwise.
+class StepPart {
+ public:
+  virtual ~StepPart() = default;
+
+  virtual const Layout& vertices() const = 0;
+  /// Local vertices of each triangle, whose edges join vertices.
+  virtual const std::vector<std::array<PetscInt, 3>>& triangles() const = 0;
+  /// Projectors on the directions in which each local vertex may move.
+  virtual const Projectors& projectors() const = 0;
+  virtual const std::vector<Potential*>& potentials() const = 0;
+
+  /// Positions at the step's start, ghosts up to date.
+  virtual const Field& start() const = 0;
+  /// Positions x, at the beginning of a step the first iterate of Newton's method; ghosts up to date.
+  virtual const Field& position() const = 0;
+  /// Sets positions, ghosts up to date, and the part's own unknowns.
+  virtual void move_to(const Field& position, const Eigen::VectorXd& own) = 0;
+  /// Discards stored values at x, when a potential has changed.
+  virtual void forget() {}
+  /// Unknowns in addition to the positions, each divided by its scale, the same on all ranks: pressures of prescribed
+  /// volumes, or the loads' time. Not collective.
+  virtual Eigen::VectorXd own_unknowns() const { return {}; }
+  /// Whether any constrained vertex, on any rank, is not at its prescribed place.
+  virtual bool leaves_held_behind() = 0;
+
+  /// Energy at x, the sum over all ranks [J].
+  virtual double value() = 0;
+  /// Gradient by the owned vertices, in the directions in which they may move, (3 x owned) [N].
+  virtual const Eigen::Matrix3Xd& gradient() = 0;
+  /// This rank's squares of the norms of the kinds of force in the last gradient [N^2]. Not collective.
+  virtual const std::vector<double>& squared_forces() const = 0;
+  /// Residuals of the part's own unknowns, at the position of the last gradient; the same on all ranks.
+  virtual Eigen::VectorXd own_rows() { return {}; }
+  /// Whether elements can turn over. Not collective.
+  virtual bool inverts() const { return false; }
+  /// Number of elements that turn over on the way from one place to another, on all ranks; ghosts up to date.
+  virtual double inverted(const Field& /*from*/, const Field& /*to*/) const { return 0; }
+
+  /// Number of columns of the dense second derivative. Not collective.
+  virtual int columns() const { return 0; }
+  /// To be called before the second derivatives of the potentials at x are evaluated.
+  /// @param psd_blend for Potential::set_psd_blend
+  virtual void begin_tangent(Curvature curvature, double psd_blend) = 0;
+  /// Dense second derivative by the owned vertices, after begin_tangent; of parts that have columns.
+  virtual LowRank dense_tangent() { return {}; }
+  /// Whether the exact tangent can be moved towards the positive one by a fraction. Not collective.
+  virtual bool blends() const { return false; }
+
+  /// Columns of prescribed volumes, whose pressures are unknowns (BorderedSystem). Not collective.
+  virtual std::vector<int> prescribed() const { return {}; }
+  /// For prescribed volumes: scales of the pressures among the unknowns [Pa], the pressures [Pa], and the excess of the
+  /// volumes at the last evaluation of value or gradient [m^3]. Not collective.
+  virtual Eigen::VectorXd pressure_scales() const { return {}; }
+  virtual Eigen::VectorXd multiplier() const { return {}; }
+  virtual Eigen::VectorXd volume_residual() const { return {}; }
+
+  /// Whether the step follows arc length: the time of its loads is its only unknown beside the positions, and its last
+  /// column is that of the row which this adds (LoadBorder). Such a part is the only one. Not collective.
+  virtual bool follows_path() const { return false; }
+  /// For such a step: the derivative of the gradient of the owned vertices by the loads' time [N/s], and the scale of
+  /// the residual's additional row [N/m].
+  virtual Eigen::VectorXd load_rate() { return {}; }
+  virtual double path_scale() const { return 1; }
+
+  /// Norm of the gradient at which the part is in balance, over the largest norm of a kind of force. Not collective.
+  virtual double tolerance() const = 0;
+  /// Size of the part [m], and scale of its forces [N]. Not collective.
+  virtual double length_scale() const = 0;
+  virtual double force_scale() const = 0;
+  /// Whether the stiffness exceeds the inertia by so much that RigidPatches save time. Not collective.
+  virtual bool suits_patches() const { return true; }
+  /// Rounding in the last gradient, beyond that of the force scale [N]. Not collective.
+  virtual double rounding() const { return 0; }
+};
+
+}  // namespace energies
+}  // namespace pellicle

@@ -1,0 +1,166 @@
+#include "linear/bordered_system.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <utility>
+
+#include "base/error.h"
+#include "linear/shell_operations.h"
+
+namespace pellicle {
+inline namespace linear {
+
+BorderedSystem::BorderedSystem(LowRankSystem& part, std::vector<int> columns, Eigen::VectorXd scales)
+    : part_(part), columns_(std::move(columns)), scales_(std::move(scales)) {
+  const MPI_Comm comm = PetscObjectComm(reinterpret_cast<PetscObject>(part_.sparse()));
+  MPI_Comm_rank(comm, &rank_);
+  const PetscInt rows = static_cast<PetscInt>(part_.rows()) + (rank_ == 0 ? size() : 0);
+  check(MatCreateShell(comm, rows, rows, PETSC_DETERMINE, PETSC_DETERMINE, this, matrix_.create()));
+  set_shell_operation<&BorderedSystem::multiply>(matrix_, MATOP_MULT);
+  check(MatCreateVecs(part_.sparse(), part_right_hand_side_.create(), part_solution_.create()));
+  check(VecDuplicate(part_solution_, work_.create()));
+  if (!part_.solves_sparse_alone()) {
+    part_.hold(columns_);
+    return;
+  }
+  for (int border = 0; border < size(); ++border) {
+    check(VecDuplicate(part_solution_, influence_.emplace_back().create()));
+  }
+}
+
+LinearResult BorderedSystem::solve(Vec right_hand_side, Vec solution) {
+  const Eigen::VectorXd wanted = -border_values(right_hand_side).cwiseQuotient(scales_);  // g.x
+  const double* given = nullptr;
+  double* values = nullptr;
+  check(VecGetArrayRead(right_hand_side, &given));
+  copy_to(part_right_hand_side_, Eigen::Map<const Eigen::VectorXd>(given, part_.rows()));
+  check(VecRestoreArrayRead(right_hand_side, &given));
+  const LinearResult result = part_.solves_sparse_alone() ? eliminate(wanted) : solve_orthogonally(wanted);
+  if (!result.converged) {
+    return result;
+  }
+  check(VecGetArrayRead(part_solution_, &given));
+  check(VecGetArray(solution, &values));
+  std::copy_n(given, part_.rows(), values);
+  for (int border = 0; rank_ == 0 && border < size(); ++border) {
+    values[part_.rows() + border] = scaled_border_[border] / scales_[border];
+  }
+  check(VecRestoreArray(solution, &values));
+  check(VecRestoreArrayRead(part_solution_, &given));
+  return result;
+}
+
+/// With G = Q R, Q orthonormal: x = Q R^-T w + y for g.x = w, and P A P y = P (r - A Q R^-T w). The border follows from
+/// the residual of the rows of T, which is a sum of columns.
+LinearResult BorderedSystem::solve_orthogonally(const Eigen::VectorXd& wanted) {
+  const Eigen::LLT<Eigen::MatrixXd>& products = part_.held_products();
+  const Eigen::MatrixXd factor = products.matrixU();  // its diagonal: of each column, what those before leave
+  LinearResult result;
+  if (products.info() != Eigen::Success ||
+      !(factor.diagonal().array() > 1e-7 * factor.colwise().norm().transpose().array()).all()) {
+    result.refuse(Solved::no, "what is prescribed depends on no positions, or twice on the same");
+    return result;
+  }
+  const Eigen::VectorXd along = part_.held_basis() * products.matrixL().solve(wanted);
+  copy_to(part_solution_, along);
+  part_.multiply_whole(part_solution_, work_);
+  check(VecAYPX(work_, -1, part_right_hand_side_));
+  part_.project(work_);
+  part_.project(work_);  // Little may be left, of which rounding's share would be along the columns.
+  result = part_.solve(work_, part_solution_);
+  if (!result.converged) {
+    return result;
+  }
+  part_.project(part_solution_);
+  double curvature = 0;
+  check(VecDot(work_, part_solution_, &curvature));
+  if (curvature < 0) {
+    result.refuse(Solved::concave, "the matrix is not positive definite");
+    return result;
+  }
+  double* values = nullptr;
+  check(VecGetArray(part_solution_, &values));
+  Eigen::Map<Eigen::VectorXd>(values, part_.rows()) += along;
+  check(VecRestoreArray(part_solution_, &values));
+  part_.multiply_whole(part_solution_, work_);
+  check(VecAXPY(work_, -1, part_right_hand_side_));
+  scaled_border_ = products.matrixU().solve(part_.project(work_));
+  scaled_border_ -= part_.low_rank().coefficients(columns_).cwiseProduct(wanted);  // A has the columns, too.
+  return result;
+}
+
+/// x = a + sum_c b_c s_c z_c with a = A^-1 (r + G C w), b = A^-1 g and g.x = w.
+LinearResult BorderedSystem::eliminate(const Eigen::VectorXd& wanted) {
+  Eigen::VectorXd weights = Eigen::VectorXd::Zero(part_.count());
+  weights(columns_) = part_.low_rank().coefficients(columns_).cwiseProduct(wanted);
+  double* values = nullptr;
+  check(VecGetArray(part_right_hand_side_, &values));
+  Eigen::Map<Eigen::VectorXd>(values, part_.rows()) += part_.low_rank().times(weights);
+  check(VecRestoreArray(part_right_hand_side_, &values));
+  LinearResult result = part_.solve(part_right_hand_side_, part_solution_);
+  for (int border = 0; border < size() && result.converged; ++border) {
+    copy_to(work_, part_.low_rank().column(columns_[border]));
+    const int iterations = result.iterations;
+    result = part_.solve(work_, influence_[border]);
+    result.iterations += iterations;
+  }
+  if (!result.converged) {
+    return result;
+  }
+  std::vector<Vec> vectors(influence_.begin(), influence_.end());
+  vectors.push_back(part_solution_);
+  const Eigen::MatrixXd system = part_.column_products(vectors)(columns_, Eigen::all);  // g.b, g.a
+  scaled_border_ = system.leftCols(size()).partialPivLu().solve(wanted - system.col(size()));
+  check(VecMAXPY(part_solution_, size(), scaled_border_.data(), vectors.data()));
+
+  double curvature = 0;
+  check(MatMult(part_.matrix(), part_solution_, work_));
+  check(VecDot(work_, part_solution_, &curvature));
+  if (curvature < 0) {
+    result.refuse(Solved::concave, "the matrix is not positive definite");
+  }
+  return result;
+}
+
+Eigen::VectorXd BorderedSystem::border_values(Vec vector) const {
+  Eigen::VectorXd values(size());
+  const double* given = nullptr;
+  check(VecGetArrayRead(vector, &given));
+  if (rank_ == 0) {
+    std::copy_n(given + part_.rows(), size(), values.data());
+  }
+  check(VecRestoreArrayRead(vector, &given));
+  MPI_Bcast(values.data(), size(), MPI_DOUBLE, 0, PetscObjectComm(reinterpret_cast<PetscObject>(Mat(matrix_))));
+  return values;
+}
+
+void BorderedSystem::multiply(Vec x, Vec y) {
+  const LowRank& low_rank = part_.low_rank();
+  const Eigen::Index rows = part_.rows();
+  const Eigen::VectorXd border = border_values(x);
+  const double* given = nullptr;
+  double* values = nullptr;
+  check(VecGetArrayRead(x, &given));
+  check(VecGetArray(part_right_hand_side_, &values));
+  std::copy_n(given, rows, values);
+  check(VecRestoreArray(part_right_hand_side_, &values));
+  check(VecRestoreArrayRead(x, &given));
+  check(MatMult(part_.sparse(), part_right_hand_side_, part_solution_));
+  const Eigen::VectorXd products = part_.column_products({part_right_hand_side_});
+  Eigen::VectorXd weights = low_rank.coefficients.cwiseProduct(products);
+  for (int b = 0; b < size(); ++b) {
+    weights[columns_[b]] = -scales_[b] * border[b];
+  }
+  check(VecGetArrayRead(part_solution_, &given));
+  check(VecGetArray(y, &values));
+  Eigen::Map<Eigen::VectorXd>(values, rows) = Eigen::Map<const Eigen::VectorXd>(given, rows) + low_rank.times(weights);
+  for (int b = 0; rank_ == 0 && b < size(); ++b) {
+    values[rows + b] = -scales_[b] * products[columns_[b]];
+  }
+  check(VecRestoreArray(y, &values));
+  check(VecRestoreArrayRead(part_solution_, &given));
+}
+
+}  // namespace linear
+}  // namespace pellicle

@@ -1,0 +1,583 @@
+#include "linear/ksp.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "base/error.h"
+#include "base/stop_signal.h"
+#include "base/units.h"
+#include "linear/named_fields.h"
+#include "linear/own_preconditioner.h"
+#include "linear/saved_system.h"
+#include "options/spelling.h"
+
+namespace pellicle {
+inline namespace linear {
+
+namespace {
+
+bool is(const char* type, const char* name) { return type != nullptr && std::strcmp(type, name) == 0; }
+
+std::optional<std::string> option_value(const std::string& name) {
+  char text[256] = "";
+  PetscBool is_set = PETSC_FALSE;
+  check(PetscOptionsGetString(nullptr, nullptr, name.c_str(), text, sizeof text, &is_set));
+  return is_set == PETSC_TRUE ? std::optional<std::string>(text) : std::nullopt;
+}
+
+/// Name of an option as the user wrote it: options of the prefix "project_" are copied to "project_red_", and in a run
+/// of several objects to "objects_cloth_project_red_".
+std::string given_name(const std::string& prefix, const std::string& option) {
+  const std::string own = "-" + prefix + option;
+  const std::optional<std::string> value = option_value(own);
+  std::vector<std::size_t> words{0};  // where each begins
+  for (std::size_t at = prefix.find('_'); at != std::string::npos; at = prefix.find('_', at + 1)) {
+    words.push_back(at + 1);
+  }
+  for (std::size_t count = 1; count < words.size(); ++count) {
+    for (std::size_t first = 0; first + count < words.size(); ++first) {
+      const std::string part = "-" + prefix.substr(words[first], words[first + count] - words[first]) + option;
+      if (value && option_value(part) == value) {
+        return part;
+      }
+    }
+  }
+  return own;
+}
+
+/// The solver and preconditioner of `prefix` as the user chose them, for a message.
+std::string chosen_solver(const std::string& prefix) {
+  std::string words;
+  for (const char* option : {"ksp_type", "pc_type"}) {
+    if (const std::optional<std::string> value = option_value("-" + prefix + option)) {
+      words += (words.empty() ? "" : ", ") + given_name(prefix, option) + " " + *value;
+    }
+  }
+  return words.empty() ? "-" + prefix + "..." : words;
+}
+
+/// Whether a PETSc error means that the options ask for something impossible; every rank then has the same error.
+bool is_about_options(PetscErrorCode code) {
+  switch (code) {
+    case PETSC_ERR_SUP:
+    case PETSC_ERR_ORDER:
+    case PETSC_ERR_USER:
+    case PETSC_ERR_USER_INPUT:
+    case PETSC_ERR_MISSING_FACTOR:
+    case PETSC_ERR_ARG_WRONG:
+    case PETSC_ERR_ARG_WRONGSTATE:
+    case PETSC_ERR_ARG_OUTOFRANGE:
+    case PETSC_ERR_ARG_INCOMP:
+    case PETSC_ERR_ARG_NULL:
+    case PETSC_ERR_ARG_SIZ:
+    case PETSC_ERR_ARG_UNKNOWN_TYPE:
+    case PETSC_ERR_ARG_TYPENOTSET:
+    case PETSC_ERR_WRONG_MPI_SIZE:
+    case PETSC_ERR_NOT_CONVERGED:  // -ksp_error_if_not_converged
+      return true;
+    default:
+      return false;
+  }
+}
+
+/// @throws Error that names the options of `prefix`, if they ask for something impossible
+void throw_if_about_options(const std::string& prefix, const PetscFailure& failure) {
+  if (is_about_options(failure.code())) {
+    throw Error(chosen_solver(prefix) + ": " + failure.what());
+  }
+}
+
+/// Refuses a type that PETSc does not have. @param kind of the types, in words
+void require_known(const std::string& prefix, const std::string& option, const char* kind, PetscFunctionList list) {
+  const std::optional<std::string> value = option_value("-" + prefix + option);
+  if (!value) {
+    return;
+  }
+  const char** names = nullptr;
+  int count = 0;
+  check(PetscFunctionListGet(list, &names, &count));
+  std::vector<std::string> known;
+  for (int i = 0; i < count; ++i) {
+    if (names[i] != nullptr) {  // of a type that was taken back
+      known.emplace_back(names[i]);
+    }
+  }
+  check(PetscFree(names));
+  if (std::find(known.begin(), known.end(), *value) == known.end()) {
+    throw Error(given_name(prefix, option) + " " + *value + ": this PETSc has no such " + kind +
+                ", nearest: " + nearest(*value, known));
+  }
+}
+
+/// Refuses a factorisation that no package, or not the chosen one, has for the matrix. Called before PETSc reads the
+/// options, because its message names neither.
+void require_factor(const std::string& prefix, Mat matrix) {
+  const std::string type = option_value("-" + prefix + "pc_type").value_or("");
+  if (type != PCLU && type != PCCHOLESKY) {
+    return;
+  }
+  MatType matrix_type = nullptr;
+  check(MatGetType(matrix, &matrix_type));
+  const std::optional<std::string> chosen = option_value("-" + prefix + "pc_factor_mat_solver_type");
+  MatSolverType package = chosen ? chosen->c_str() : nullptr;
+  const MatFactorType factor = type == PCLU ? MAT_FACTOR_LU : MAT_FACTOR_CHOLESKY;
+  PetscBool is_there = PETSC_FALSE;
+  check(MatGetFactorAvailable(matrix, package, factor, &is_there));
+  if (is_there == PETSC_TRUE) {
+    return;
+  }
+  const auto has = [&](MatSolverType name, bool for_matrix) {
+    PetscBool has_package = PETSC_FALSE;
+    PetscBool has_matrix = PETSC_FALSE;
+    check(MatSolverTypeGet(name, matrix_type, factor, &has_package, &has_matrix, nullptr));
+    return (for_matrix ? has_matrix : has_package) == PETSC_TRUE;
+  };
+  std::string expected;
+  for (MatSolverType name :
+       {MATSOLVERPETSC, MATSOLVERMUMPS, MATSOLVERSUPERLU, MATSOLVERSUPERLU_DIST, MATSOLVERUMFPACK, MATSOLVERKLU,
+        MATSOLVERCHOLMOD, MATSOLVERSTRUMPACK, MATSOLVERPASTIX, MATSOLVERMKL_PARDISO, MATSOLVERMKL_CPARDISO}) {
+    if (has(name, true)) {
+      expected += (expected.empty() ? "" : " or ") + std::string(name);
+    }
+  }
+  expected = expected.empty() ? "another preconditioner or type of matrix"
+                              : given_name(prefix, "pc_factor_mat_solver_type") + " " + expected;
+  if (package == nullptr) {
+    throw Error(given_name(prefix, "pc_type") + " " + type + ": no package has one for a matrix of type " +
+                matrix_type + ", expected " + expected);
+  }
+  const std::string fault = has(package, false)
+                                ? std::string("this package has no ") + type + " for a matrix of type " + matrix_type
+                                : "this PETSc has no such solver package";
+  throw Error(given_name(prefix, "pc_factor_mat_solver_type") + " " + package + ": " + fault + ", expected " +
+              expected);
+}
+
+/// Key under which a KSP keeps the preconditioner of block Jacobi's blocks until these are made.
+constexpr const char* block_type_key = "pellicle_block_type";
+
+/// Sets block Jacobi and notes, for `solve`, a factorisation for its blocks that PETSc has for one rank only.
+void make_parallel(KSP ksp, PC pc, PCType type) {
+  Handle<PetscContainer, PetscContainerDestroy> block_type;
+  check(PetscContainerCreate(PetscObjectComm(reinterpret_cast<PetscObject>(ksp)), block_type.create()));
+  check(PetscContainerSetPointer(block_type, const_cast<char*>(is(type, PCILU) ? PCILU : PCICC)));
+  check(PetscObjectCompose(reinterpret_cast<PetscObject>(ksp), block_type_key,
+                           reinterpret_cast<PetscObject>(PetscContainer(block_type))));
+  check(PCSetType(pc, PCBJACOBI));
+}
+
+/// Sets the type that `make_parallel` has noted, then the user's options for the blocks.
+void set_block_type(KSP ksp) {
+  PetscContainer block_type = nullptr;
+  check(PetscObjectQuery(reinterpret_cast<PetscObject>(ksp), block_type_key,
+                         reinterpret_cast<PetscObject*>(&block_type)));
+  if (block_type == nullptr) {
+    return;
+  }
+  void* type = nullptr;
+  PC pc = nullptr;
+  KSP* blocks = nullptr;
+  PetscInt count = 0;
+  check(PetscContainerGetPointer(block_type, &type));
+  check(KSPSetUp(ksp));
+  check(KSPGetPC(ksp, &pc));
+  check(PCBJacobiGetSubKSP(pc, &count, nullptr, &blocks));
+  for (PetscInt block = 0; block < count; ++block) {
+    check(KSPGetPC(blocks[block], &pc));
+    check(PCSetType(pc, static_cast<const char*>(type)));
+    check(KSPSetFromOptions(blocks[block]));
+  }
+  check(PetscObjectCompose(reinterpret_cast<PetscObject>(ksp), block_type_key, nullptr));
+}
+
+std::string prefix_of(KSP ksp) {
+  const char* prefix = nullptr;
+  check(KSPGetOptionsPrefix(ksp, &prefix));
+  return prefix != nullptr ? prefix : "";
+}
+
+/// Gives MUMPS additional memory where it factorises, unless the user says how much.
+void give_mumps_room(KSP ksp) {
+  PC pc = nullptr;
+  PetscBool factorises = PETSC_FALSE;
+  MatSolverType package = nullptr;
+  Mat factor = nullptr;
+  check(KSPGetPC(ksp, &pc));
+  check(PetscObjectTypeCompareAny(reinterpret_cast<PetscObject>(pc), &factorises, PCLU, PCCHOLESKY, ""));
+  if (factorises == PETSC_FALSE) {
+    return;
+  }
+  check(PCFactorGetMatSolverType(pc, &package));
+  if (is(package, MATSOLVERMUMPS) &&
+      !option_value("-" + prefix_of(ksp) + "mat_mumps_icntl_" + std::to_string(mumps_room_setting))) {
+    check(PCFactorSetUpMatSolverType(pc));
+    check(PCFactorGetMatrix(pc, &factor));
+    check(MatMumpsSetIcntl(factor, mumps_room_setting, mumps_room));
+  }
+}
+
+/// Refuses preconditioners that PETSc refuses only in the first solve, and those that crash or do nothing.
+/// @param type of the preconditioner @param matrix from which it is made
+void require_available(PCType type, Mat system, Mat matrix, const std::string& prefix) {
+  MatType matrix_type = nullptr;
+  PetscBool is_aij = PETSC_FALSE;
+  PetscBool is_sbaij = PETSC_FALSE;
+  PetscBool is_there = PETSC_TRUE;
+  check(MatGetType(matrix, &matrix_type));
+  check(PetscObjectTypeCompareAny(reinterpret_cast<PetscObject>(matrix), &is_aij, MATSEQAIJ, MATMPIAIJ, ""));
+  check(PetscObjectTypeCompareAny(reinterpret_cast<PetscObject>(matrix), &is_sbaij, MATSEQSBAIJ, MATMPISBAIJ, ""));
+  const std::string option = given_name(prefix, "pc_type") + " " + type;
+  std::string wanted = "another preconditioner or type of matrix";
+  if (is(type, PCPBJACOBI)) {
+    check(MatHasOperation(matrix, MATOP_INVERT_BLOCK_DIAGONAL, &is_there));
+  } else if (is(type, PCGAMG) || is(type, PCML) || is(type, PCFIELDSPLIT)) {
+    is_there = is_aij;
+    wanted = "type aij";
+    PetscInt block_size = 1;
+    check(MatGetBlockSize(matrix, &block_size));
+    if (is(type, PCFIELDSPLIT) && block_size == 1) {
+      throw Error(option +
+                  ": the unknowns are of one kind, there is nothing to split, expected another preconditioner");
+    }
+  } else if (is(type, PCSOR) || is(type, PCILU)) {
+    is_there = is_sbaij == PETSC_TRUE ? PETSC_FALSE : PETSC_TRUE;
+  } else if (is(type, PCEISENSTAT) && system != matrix) {
+    throw Error(option +
+                ": the system has a part that the preconditioner's matrix lacks, expected another preconditioner");
+  } else if (is(type, PCEXOTIC) || is(type, PCREDISTRIBUTE) || is(type, PCLMVM) || is(type, PCPATCH) ||
+             is(type, PCSHELL) || is(type, PCGALERKIN) || is(type, PCCP) || is(type, PCVPBJACOBI) || is(type, PCBDDC) ||
+             is(type, PCNN) || is(type, PCDEFLATION) || is(type, PCTFS) || is(type, PCLSC)) {
+    throw Error(option + ": this preconditioner needs more than a matrix, expected another preconditioner");
+  }
+  if (is_there == PETSC_FALSE) {
+    throw Error(option + ": PETSc has none for a matrix of type " + matrix_type + ", expected " + wanted);
+  }
+}
+
+/// For a solve that did not converge, the meaning of PETSc's name for the reason, if the name does not say it.
+std::string words_of(KSPConvergedReason reason, KSP ksp) {
+  PC pc = nullptr;
+  PCType type = nullptr;
+  check(KSPGetPC(ksp, &pc));
+  check(PCGetType(pc, &type));
+  const std::string preconditioner = std::string("the preconditioner ") + (type != nullptr ? type : "");
+  switch (reason) {
+    case KSP_DIVERGED_INDEFINITE_PC:
+      return ": " + preconditioner + " is not positive definite";
+    case KSP_DIVERGED_INDEFINITE_MAT:
+      return ": the matrix is not positive definite";
+    case KSP_DIVERGED_PC_FAILED:
+      return ": " + preconditioner + " could not be made";
+    case KSP_DIVERGED_NANORINF:
+      return ": a value is not finite";
+    default:
+      return "";
+  }
+}
+
+Solved failure_of(KSPConvergedReason reason) {
+  switch (reason) {
+    case KSP_DIVERGED_INDEFINITE_MAT:
+    case KSP_CONVERGED_CG_NEG_CURVE:
+      return Solved::concave;
+    case KSP_DIVERGED_INDEFINITE_PC:
+    case KSP_DIVERGED_PC_FAILED:
+      return Solved::bad_preconditioner;
+    default:
+      return Solved::no;
+  }
+}
+
+/// PETSc scales the matrix itself, which is used between the solves too, and can't scale one without entries.
+void require_unscaled(KSP ksp, Mat matrix, const std::string& prefix) {
+  PetscBool scales = PETSC_FALSE;
+  PetscBool scales_back = PETSC_FALSE;
+  PetscBool is_shell = PETSC_FALSE;
+  check(KSPGetDiagonalScale(ksp, &scales));
+  check(KSPGetDiagonalScaleFix(ksp, &scales_back));
+  check(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(matrix), MATSHELL, &is_shell));
+  if (scales == PETSC_TRUE && is_shell == PETSC_TRUE) {
+    throw Error(given_name(prefix, "ksp_diagonal_scale") + ": the operator has no entries, expected pc_type jacobi");
+  }
+  if (scales == PETSC_TRUE && scales_back == PETSC_FALSE) {
+    throw Error(given_name(prefix, "ksp_diagonal_scale") +
+                ": leaves the matrix scaled, expected also ksp_diagonal_scale_fix, or pc_type jacobi alone");
+  }
+}
+
+/// Refuses a relative tolerance that would leave the system unsolved, or is none.
+void require_tolerance(KSP ksp, const std::string& prefix, double largest) {
+  double rtol = 0;
+  check(KSPGetTolerances(ksp, &rtol, nullptr, nullptr, nullptr));
+  const std::string given = given_name(prefix, "ksp_rtol") + " " + number_text(rtol) + ": ";
+  if (!(rtol >= 0)) {
+    throw Error(given + "no tolerance, expected at least 0");
+  }
+  if (rtol >= 1 || rtol > largest) {
+    throw Error(given + "leaves too much of the system unsolved, expected " +
+                (largest < 1 ? "at most " + number_text(largest) : "less than 1"));
+  }
+}
+
+/// Repairs KSPCHEBYSHEV after a solve with numbers that are not finite: one of its work vectors is then its solution,
+/// without a reference, and the next solve would free and use it. Gives it a reference, and takes one from the
+/// solution.
+void own_solution(KSP ksp, Vec solution) {
+  Vec left = nullptr;
+  check(KSPGetSolution(ksp, &left));
+  if (left != solution) {
+    check(PetscObjectReference(reinterpret_cast<PetscObject>(left)));
+    check(VecDestroy(&solution));
+  }
+}
+
+/// A solver's own convergence test, with a StopPoint.
+struct StoppableTest {
+  PetscErrorCode (*test)(KSP, PetscInt, PetscReal, KSPConvergedReason*, void*) = nullptr;
+  void* context = nullptr;
+  PetscErrorCode (*destroy)(void*) = nullptr;
+  StopPoint stop;
+};
+
+PetscErrorCode test_or_stop(KSP ksp, PetscInt iteration, PetscReal norm, KSPConvergedReason* reason, void* context) {
+  return as_petsc_callback([&] {
+    auto& own = *static_cast<StoppableTest*>(context);
+    check(own.test(ksp, iteration, norm, reason, own.context));
+    if (*reason == KSP_CONVERGED_ITERATING && own.stop.pass()) {
+      *reason = KSP_CONVERGED_ITS;  // No failure, which could become an error of PETSc's; `solve` leaves off.
+    }
+  });
+}
+
+PetscErrorCode destroy_test(void* context) {
+  return as_petsc_callback([&] {
+    const std::unique_ptr<StoppableTest> own(static_cast<StoppableTest*>(context));
+    if (own->destroy != nullptr) {
+      check(own->destroy(own->context));
+    }
+  });
+}
+
+/// Stops before a solve if there is a signal, because making the preconditioner may take long.
+void leave_before_solve(KSP ksp) {
+  PetscErrorCode (*test)(KSP, PetscInt, PetscReal, KSPConvergedReason*, void*) = nullptr;
+  void* context = nullptr;
+  check(KSPGetConvergenceTest(ksp, &test, &context, nullptr));
+  if (test == test_or_stop) {
+    static_cast<StoppableTest*>(context)->stop.pass();
+  }
+  leave_if_stopped();
+}
+
+}  // namespace
+
+void make_stoppable(KSP ksp) {
+  auto own = std::make_unique<StoppableTest>();
+  check(KSPGetAndClearConvergenceTest(ksp, &own->test, &own->context, &own->destroy));
+  check(KSPSetConvergenceTest(ksp, test_or_stop, own.release(), destroy_test));
+}
+
+void run_solver(const std::string& prefix, const std::function<void()>& calls) {
+  try {
+    calls();
+  } catch (const PetscFailure& failure) {
+    throw_if_about_options(prefix, failure);
+    throw;
+  }
+}
+
+bool any_is_given(const std::string& prefix, std::initializer_list<const char*> names) {
+  return std::any_of(names.begin(), names.end(), [&prefix](const char* name) {
+    PetscBool is_given = PETSC_FALSE;
+    check(PetscOptionsHasName(nullptr, prefix.c_str(), (std::string("-") + name).c_str(), &is_given));
+    return is_given == PETSC_TRUE;
+  });
+}
+
+bool asks_for_entries(const std::string& prefix) {
+  const std::string preconditioner = option_value("-" + prefix + "pc_type").value_or(PCJACOBI);
+  return (preconditioner != PCJACOBI && preconditioner != PCNONE) ||
+         any_is_given(prefix, {"pc_jacobi_type", "ksp_diagonal_scale", "ksp_view_mat", "mat_view", "save_system"});
+}
+
+void set_definite(Mat matrix) {
+  PetscBool lacks_option = PETSC_FALSE;  // in PETSc 3.18, which refuses it
+  check(PetscObjectTypeCompareAny(reinterpret_cast<PetscObject>(matrix), &lacks_option, MATMPIBAIJ, MATMPISBAIJ, ""));
+  check(MatSetOption(matrix, lacks_option == PETSC_TRUE ? MAT_SYMMETRIC : MAT_SPD, PETSC_TRUE));
+  check(MatSetOption(matrix, lacks_option == PETSC_TRUE ? MAT_SYMMETRY_ETERNAL : MAT_SPD_ETERNAL, PETSC_TRUE));
+}
+
+void set_matrix_options(Mat matrix, const std::string& prefix) {
+  if (const std::optional<std::string> type = option_value("-" + prefix + "mat_type")) {
+    MatType own = nullptr;
+    check(MatGetType(matrix, &own));
+    throw Error(given_name(prefix, "mat_type") + " " + *type + ": the matrix is made as type " + own +
+                ", expected the option mat_type of its section");
+  }
+  check(MatSetOptionsPrefix(matrix, prefix.c_str()));
+  check(MatSetFromOptions(matrix));
+}
+
+KspHandle make_ksp(Mat matrix, Mat preconditioning, const std::string& prefix, const KspDefaults& defaults) {
+  KspHandle ksp;
+  PC pc = nullptr;
+  MatType matrix_type = nullptr;
+  int ranks = 1;
+  MPI_Comm comm = PetscObjectComm(reinterpret_cast<PetscObject>(matrix));
+  MPI_Comm_size(comm, &ranks);
+  check(KSPCreate(comm, ksp.create()));
+  check(KSPSetOptionsPrefix(ksp, prefix.c_str()));
+  check(KSPSetOperators(ksp, matrix, preconditioning));
+  check(KSPSetType(ksp, defaults.type));
+  check(KSPSetTolerances(ksp, defaults.rtol, PETSC_DEFAULT, defaults.divtol, defaults.max_iterations));
+  check(KSPCGUseSingleReduction(ksp, defaults.single_reduction ? PETSC_TRUE : PETSC_FALSE));
+  check(KSPGetPC(ksp, &pc));
+  check(MatGetType(preconditioning, &matrix_type));
+  const bool matrix_free = is(matrix_type, MATSHELL);
+  PetscBool has_blocks = PETSC_FALSE;  // of its diagonal
+  check(MatHasOperation(preconditioning, MATOP_INVERT_BLOCK_DIAGONAL, &has_blocks));
+  // A shell with blocks is a tangent; for a tangent rigid patches can be a level.
+  const auto has_matrix_free = [&](PCType type) {
+    return is_own_type(type) ? offers_preconditioner(preconditioning, type)
+                             : is(type, PCNONE) || is(type, PCJACOBI) ||
+                                   (has_blocks == PETSC_TRUE && (is(type, PCPBJACOBI) || is(type, PCMG)));
+  };
+  const PCType matrix_free_default = has_blocks == PETSC_TRUE ? PCPBJACOBI : PCJACOBI;
+  check(PCSetType(
+      pc, matrix_free && !has_matrix_free(defaults.preconditioner) ? matrix_free_default : defaults.preconditioner));
+  check(KSPInitializePackage());
+  check(PCInitializePackage());
+  require_known(prefix, "ksp_type", "linear solver", KSPList);
+  require_known(prefix, "pc_type", "preconditioner", PCList);
+  if (!matrix_free) {
+    require_factor(prefix, preconditioning);
+  }
+  const DmHandle dm = make_dm(preconditioning, prefix, {defaults.fields, "", 0});
+  check(KSPSetDM(ksp, dm));
+  check(KSPSetDMActive(ksp, PETSC_FALSE));  // The matrices are ours.
+  run_solver(prefix, [&] { check(KSPSetFromOptions(ksp)); });
+
+  require_unscaled(ksp, matrix, prefix);
+  require_tolerance(ksp, prefix, defaults.largest_rtol);
+
+  PCType type = nullptr;
+  check(PCGetType(pc, &type));
+  if (is_own_type(type) && !offers_preconditioner(preconditioning, type)) {
+    throw Error(given_name(prefix, "pc_type") + " " + type +
+                ": the matrix has nothing that it could use, expected another preconditioner");
+  }
+  if (matrix_free && !has_matrix_free(type)) {
+    throw Error(given_name(prefix, "pc_type") + " " + type +
+                std::string(": a matrix-free operator has only its diagonal, expected ") +
+                (has_blocks == PETSC_TRUE ? "mg, " : "") + "none" + (has_blocks == PETSC_TRUE ? ", pbjacobi" : "") +
+                " or jacobi");
+  }
+  PetscBool use_amat = PETSC_FALSE;
+  check(PetscOptionsHasName(nullptr, prefix.c_str(), "-pc_use_amat", &use_amat));
+  if (use_amat == PETSC_FALSE && !is(type, PCMG) && !is(type, PCGAMG) && !is(type, PCML)) {
+    check(PCSetUseAmat(pc, PETSC_FALSE));  // Multigrid sets it, and leaves it to a type chosen in its place.
+  }
+  if (is(type, PCASM)) {  // PETSc's default, the restricted kind, is not symmetric, as conjugate gradients need it.
+    if (!option_value("-" + prefix + "pc_asm_type")) {
+      check(PCASMSetType(pc, PC_ASM_BASIC));
+    }
+  }
+  if (is(type, PCFIELDSPLIT) && !option_value("-" + prefix + "pc_fieldsplit_type")) {  // Likewise.
+    check(PCFieldSplitSetType(pc, PC_COMPOSITE_SYMMETRIC_MULTIPLICATIVE));
+  }
+  if (!matrix_free) {
+    require_available(type, matrix, preconditioning, prefix);
+  }
+  if (ranks > 1 && (is(type, PCICC) || is(type, PCILU))) {
+    make_parallel(ksp, pc, type);
+  }
+  save_systems(ksp, prefix);
+  make_stoppable(ksp);
+  return ksp;
+}
+
+std::string fault_of_solution(Mat matrix, Mat preconditioning, Vec right_hand_side, Vec solution,
+                              const LinearNeed& need) {
+  VecHandle work;
+  PetscBool has_diagonal = PETSC_FALSE;
+  double size = 0;
+  double wanted = 0;
+  double reached = 0;
+  double left = 0;
+  check(VecDuplicate(right_hand_side, work.create()));
+  check(MatHasOperation(preconditioning, MATOP_GET_DIAGONAL, &has_diagonal));
+  if (has_diagonal == PETSC_TRUE) {
+    check(MatGetDiagonal(preconditioning, work));
+    check(VecNorm(work, NORM_INFINITY, &size));
+  }
+  check(VecNorm(right_hand_side, NORM_2, &wanted));
+  check(VecNorm(solution, NORM_2, &reached));
+  check(MatMult(matrix, solution, work));
+  check(VecAYPX(work, -1, right_hand_side));
+  check(VecNorm(work, NORM_2, &left));
+  const double rounding = 100 * std::numeric_limits<double>::epsilon() * size * reached;
+  const double allowed = std::max(need.relative * wanted, need.absolute);
+  if (left <= allowed + rounding) {
+    return "";
+  }
+  return fmt::format("it leaves {:.1e} of the right-hand side, more than {:.1e}", left / wanted, allowed / wanted);
+}
+
+LinearResult solve(KSP ksp, Vec right_hand_side, Vec solution, const LinearNeed* need) {
+  LinearResult result;
+  PetscInt iterations = 0;
+  leave_before_solve(ksp);
+  try {
+    set_block_type(ksp);
+    give_mumps_room(ksp);
+    check(KSPSolve(ksp, right_hand_side, solution));
+    own_solution(ksp, solution);
+    check(KSPGetConvergedReason(ksp, &result.ended));
+    check(KSPGetIterationNumber(ksp, &iterations));
+  } catch (const PetscFailure& failure) {
+    // CHOLMOD's way to say that a matrix is not positive definite
+    if (failure.code() != PETSC_ERR_MAT_CH_ZRPVT && failure.code() != PETSC_ERR_MAT_LU_ZRPVT) {
+      // Where a call has failed, preconditioners still hold vectors and matrices of their callers as if they were their
+      // own (PCMG, PCEISENSTAT), and would destroy them.
+      PetscObjectReference(reinterpret_cast<PetscObject>(ksp));
+      throw_if_about_options(prefix_of(ksp), failure);
+      throw;
+    }
+    result.ended = KSP_DIVERGED_PC_FAILED;
+  }
+  leave_if_stopped();
+  const KSPConvergedReason reason = result.ended;
+  result.iterations = static_cast<int>(iterations);
+  // The latter two end the search in a trust region; they are not solutions.
+  result.converged = reason > 0 && reason != KSP_CONVERGED_CG_NEG_CURVE && reason != KSP_CONVERGED_CG_CONSTRAINED;
+  if (!result.converged) {
+    result.refuse(failure_of(reason), "the linear solver " + prefix_of(ksp) + " did not converge (" +
+                                          KSPConvergedReasons[reason] + " after " + std::to_string(iterations) +
+                                          " iterations" + words_of(reason, ksp) + ")");
+  } else if (reason == KSP_CONVERGED_ITS ||  // It has tested nothing: the preconditioner alone, or no norm.
+             (need != nullptr && reason != KSP_CONVERGED_RTOL)) {
+    Mat matrix = nullptr;
+    Mat preconditioning = nullptr;
+    KSPType type = nullptr;
+    double rtol = 0;
+    check(KSPGetOperators(ksp, &matrix, &preconditioning));
+    check(KSPGetType(ksp, &type));
+    check(KSPGetTolerances(ksp, &rtol, nullptr, nullptr, nullptr));
+    const LinearNeed needed =
+        reason != KSP_CONVERGED_ITS ? *need : LinearNeed{rtol, need != nullptr ? need->absolute : 0};
+    const std::string fault = fault_of_solution(matrix, preconditioning, right_hand_side, solution, needed);
+    if (!fault.empty()) {
+      result.refuse(Solved::no, "the linear solver " + prefix_of(ksp) + " (" + type + ") does not solve: " + fault);
+    }
+  }
+  return result;
+}
+
+}  // namespace linear
+}  // namespace pellicle

@@ -1,0 +1,171 @@
+#include "linear/low_rank_system.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <utility>
+
+#include "base/error.h"
+#include "linear/shell_operations.h"
+#include "parallel/collective.h"
+
+namespace pellicle {
+inline namespace linear {
+
+LowRankSystem::LowRankSystem(Mat sparse, int columns, const std::string& prefix, const KspDefaults& defaults)
+    : sparse_(sparse), rtol_(defaults.rtol), count_(columns) {
+  check(MatGetLocalSize(sparse, &rows_, nullptr));
+  low_rank_ = LowRank(Eigen::SparseMatrix<double>(rows_, columns), Eigen::VectorXd::Zero(columns));
+  if (columns > 0) {
+    const MPI_Comm comm = PetscObjectComm(reinterpret_cast<PetscObject>(sparse));
+    check(MatCreateShell(comm, rows_, rows_, PETSC_DETERMINE, PETSC_DETERMINE, this, matrix_.create()));
+    set_symmetric_product<&LowRankSystem::multiply>(matrix_);
+    check(MatCreateVecs(sparse, projected_.create(), nullptr));
+  }
+  solver_ = make_ksp(matrix(), sparse, prefix, defaults);
+  PetscBool is_direct = PETSC_FALSE;
+  check(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(KSP(solver_)), KSPPREONLY, &is_direct));
+  solves_sparse_alone_ = columns > 0 && is_direct == PETSC_TRUE;
+  if (solves_sparse_alone_) {
+    check(KSPSetOperators(solver_, sparse, sparse));
+  }
+}
+
+void LowRankSystem::update(LowRank low_rank) {
+  influence_.clear();
+  low_rank_ = std::move(low_rank);
+  make_basis();
+}
+
+void LowRankSystem::hold(std::vector<int> columns) {
+  constrained_ = std::move(columns);
+  make_basis();
+}
+
+void LowRankSystem::make_basis() {
+  if (constrained_.empty()) {
+    return;
+  }
+  const Eigen::MatrixXd columns = low_rank_.columns(constrained_);
+  Eigen::MatrixXd products = columns.transpose() * columns;
+  sum_over_ranks(PetscObjectComm(reinterpret_cast<PetscObject>(sparse_)), products);
+  held_products_.compute(products);
+  basis_.setZero(rows_, columns.cols());
+  if (held_products_.info() == Eigen::Success) {
+    basis_ = held_products_.matrixU().solve<Eigen::OnTheRight>(columns);
+  }
+}
+
+void LowRankSystem::multiply(Vec x, Vec y) {
+  if (constrained_.empty()) {
+    multiply_whole(x, y);
+    return;
+  }
+  check(VecCopy(x, projected_));
+  project(projected_);
+  if (static_cast<int>(constrained_.size()) < count()) {
+    multiply_whole(projected_, y);
+  } else {  // P takes every column out.
+    check(MatMult(sparse_, projected_, y));
+  }
+  project(y);
+}
+
+void LowRankSystem::multiply_whole(Vec x, Vec y) const {
+  check(MatMult(sparse_, x, y));
+  const Eigen::VectorXd weights = low_rank_.coefficients.cwiseProduct(column_products({x}).col(0));
+  double* values = nullptr;
+  check(VecGetArray(y, &values));
+  const Eigen::VectorXd mixed = low_rank_.mixing * weights;
+  Eigen::Map<Eigen::VectorXd>(values, rows_).noalias() += low_rank_.sparse * mixed;
+  check(VecRestoreArray(y, &values));
+}
+
+Eigen::VectorXd LowRankSystem::project(Vec x) const {
+  double* values = nullptr;
+  check(VecGetArray(x, &values));
+  Eigen::Map<Eigen::VectorXd> own(values, rows_);
+  Eigen::VectorXd components = basis_.transpose() * own;
+  sum_over_ranks(PetscObjectComm(reinterpret_cast<PetscObject>(sparse_)), components);
+  own.noalias() -= basis_ * components;
+  check(VecRestoreArray(x, &values));
+  return components;
+}
+
+void LowRankSystem::precondition_from(Mat matrix) {
+  Mat system = nullptr;
+  check(KSPGetOperators(solver_, &system, nullptr));
+  check(KSPSetOperators(solver_, system, matrix));
+  PC pc = nullptr;
+  PetscBool is_multigrid = PETSC_FALSE;
+  check(KSPGetPC(solver_, &pc));
+  check(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(pc), PCMG, &is_multigrid));
+  if (is_multigrid == PETSC_TRUE) {  // Its smoother keeps the operators that it has.
+    PetscInt levels = 0;
+    KSP smoother = nullptr;
+    check(PCMGGetLevels(pc, &levels));
+    check(PCMGGetSmoother(pc, levels - 1, &smoother));
+    check(KSPSetOperators(smoother, system, matrix));
+  }
+}
+
+LinearResult LowRankSystem::solve(Vec right_hand_side, Vec solution, const LinearNeed* need) {
+  if (other_solver_ != nullptr) {
+    return pellicle::solve(other_solver_, right_hand_side, solution, need);
+  }
+  return solves_sparse_alone_ ? solve_by_woodbury(right_hand_side, solution)
+                              : pellicle::solve(solver_, right_hand_side, solution, need);
+}
+
+/// With Z = T^-1 G: A^-1 r = T^-1 r - Z (1 + C G^T Z)^-1 C G^T T^-1 r.
+LinearResult LowRankSystem::solve_by_woodbury(Vec right_hand_side, Vec solution) {
+  int iterations = 0;
+  while (static_cast<int>(influence_.size()) < count()) {
+    VecHandle influence;
+    VecHandle column;
+    check(VecDuplicate(right_hand_side, influence.create()));
+    check(VecDuplicate(right_hand_side, column.create()));
+    copy_to(column, low_rank_.column(static_cast<Eigen::Index>(influence_.size())));
+    LinearResult result = pellicle::solve(solver_, column, influence);
+    iterations += result.iterations;
+    result.iterations = iterations;
+    if (!result.converged) {
+      return result;
+    }
+    influence_.push_back(std::move(influence));
+  }
+  LinearResult result = pellicle::solve(solver_, right_hand_side, solution);
+  result.iterations += iterations;
+  if (!result.converged) {
+    return result;
+  }
+  std::vector<Vec> vectors(influence_.begin(), influence_.end());
+  vectors.push_back(solution);
+  const Eigen::MatrixXd scaled = low_rank_.coefficients.asDiagonal() * column_products(vectors);
+  const Eigen::MatrixXd system = Eigen::MatrixXd::Identity(count(), count()) + scaled.leftCols(count());
+  const Eigen::VectorXd weights = -system.partialPivLu().solve(scaled.col(count()));
+  check(VecMAXPY(solution, count(), weights.data(), vectors.data()));
+  const std::string fault = fault_of_solution(matrix_, sparse_, right_hand_side, solution, {rtol_});
+  if (!fault.empty()) {
+    const char* prefix = nullptr;
+    check(KSPGetOptionsPrefix(solver_, &prefix));
+    result.refuse(Solved::no,
+                  std::string("the linear solver ") + prefix + " with the low-rank part does not solve: " + fault);
+  }
+  return result;
+}
+
+Eigen::MatrixXd LowRankSystem::column_products(const std::vector<Vec>& vectors) const {
+  Eigen::MatrixXd products(count(), vectors.size());
+  for (std::size_t column = 0; column < vectors.size(); ++column) {
+    const double* values = nullptr;
+    check(VecGetArrayRead(vectors[column], &values));
+    products.col(static_cast<Eigen::Index>(column)) =
+        low_rank_.transposed_times(Eigen::Map<const Eigen::VectorXd>(values, rows_));
+    check(VecRestoreArrayRead(vectors[column], &values));
+  }
+  sum_over_ranks(PetscObjectComm(reinterpret_cast<PetscObject>(sparse_)), products);
+  return products;
+}
+
+}  // namespace linear
+}  // namespace pellicle

@@ -1,0 +1,58 @@
+#include "linear/rank_interface.h"
+
+#include <algorithm>
+
+namespace pellicle {
+inline namespace linear {
+
+RankInterface::RankInterface(MPI_Comm comm, PetscInt first, PetscInt owned, const std::vector<PetscInt>& later)
+    : comm_(comm), first_(first), rows_(of_all_ranks(comm, later)) {
+  std::sort(rows_.begin(), rows_.end());
+  rows_.erase(std::unique(rows_.begin(), rows_.end()), rows_.end());
+  auto next = std::lower_bound(rows_.begin(), rows_.end(), first);
+  own_first_ = static_cast<int>(next - rows_.begin());
+  for (PetscInt i = 0; i < owned; ++i) {
+    const bool is_inner = next == rows_.end() || *next != first + i;
+    auto& kind = is_inner ? inner_ : own_;
+    number_.push_back(is_inner ? static_cast<int>(inner_.size()) : -1 - static_cast<int>(next++ - rows_.begin()));
+    kind.push_back(i);
+  }
+}
+
+int RankInterface::number(PetscInt row) const {
+  if (row < first_ + static_cast<PetscInt>(number_.size())) {
+    return std::max(-1, -1 - number_[row - first_]);
+  }
+  return static_cast<int>(std::lower_bound(rows_.begin(), rows_.end(), row) - rows_.begin());
+}
+
+void RankInterface::set_border(const std::vector<int>& border, int width) {
+  border_ = border;
+  width_ = width;
+  std::vector<int> loaded;
+  for (std::size_t k = 0; k < own_.size(); ++k) {
+    loaded.push_back(own_first_ + static_cast<int>(k));
+  }
+  loaded.insert(loaded.end(), border.begin(), border.end());
+  loads_.resize(static_cast<std::size_t>(width) * loaded.size());
+  gatherer_ = Gatherer(comm_, loads_.size());
+  loaded_ = of_all_ranks(comm_, loaded);
+}
+
+void RankInterface::sum(const double* own, const double* on_border, Eigen::VectorXd& result) {
+  auto to = loads_.begin();
+  for (const PetscInt i : own_) {
+    to = std::copy_n(own + width_ * i, width_, to);
+  }
+  std::copy_n(on_border, static_cast<std::size_t>(width_) * border_.size(), to);
+  gatherer_.gather(loads_.data(), all_loads_);
+  result.setZero(static_cast<Eigen::Index>(width_) * size());
+  for (std::size_t k = 0; k < loaded_.size(); ++k) {
+    for (int c = 0; c < width_; ++c) {
+      result[width_ * loaded_[k] + c] += all_loads_[static_cast<std::size_t>(width_) * k + static_cast<std::size_t>(c)];
+    }
+  }
+}
+
+}  // namespace linear
+}  // namespace pellicle

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace pellicle {
+inline namespace options {
+
+/// One of several names, for any enumeration: the part of a Choice that the option table uses.
+class AnyChoice {
+ public:
+  const std::vector<std::string>& names() const { return *names_; }
+  const std::string& name() const { return (*names_)[index_]; }
+  /// @throws Error if the name is not among the names
+  void set(const std::string& name);
+
+ protected:
+  AnyChoice(const std::vector<std::string>& names, std::size_t index) : names_(&names), index_(index) {}
+  std::size_t index_value() const { return index_; }
+
+ private:
+  const std::vector<std::string>* names_;
+  std::size_t index_;
+};
+
+/// An option's value of an enumeration. Next to the enumeration a function lists, once, the names of its values in
+/// their order from 0:
+///
+///     enum class ChainKind { burn, inflate };
+///     inline const std::vector<std::string>& names_of(ChainKind) {
+///       static const std::vector<std::string> names{"burn", "inflate"};
+///       return names;
+///     }
+///
+/// and `table.add("chain", options.chain)` declares the option with these names.
+template <class E>
+class Choice : public AnyChoice {
+ public:
+  Choice(E value)
+      : AnyChoice(names_of(value), static_cast<std::size_t>(value)) {}  // NOLINT(google-explicit-constructor)
+  /// @throws Error when the enumeration has no such name
+  Choice(const std::string& name) : Choice(E{}) { set(name); }  // NOLINT(google-explicit-constructor)
+  Choice(const char* name) : Choice(std::string(name)) {}       // NOLINT(google-explicit-constructor)
+
+  operator E() const { return static_cast<E>(index_value()); }  // NOLINT(google-explicit-constructor)
+};
+
+}  // namespace options
+}  // namespace pellicle

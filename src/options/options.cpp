@@ -1,0 +1,795 @@
+#include "options/options.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <set>
+#include <stdexcept>
+#include <type_traits>
+
+#include "base/error.h"
+#include "base/units.h"
+#include "options/spelling.h"
+
+namespace pellicle {
+inline namespace options {
+
+namespace {
+
+// The first words of PETSc's options for solvers, and of the prefixes that PETSc 3.18 gives the solvers nested in one;
+// and save_system (linear/saved_system.h).
+constexpr std::array<const char*, 38> solver_words{
+    "ksp_",         "pc_",        "snes_",   "mat_",       "dm_",           "linesearch_", "npc_",       "fas_",
+    "mg_",          "gamg_",      "hmg_",    "sub_",       "esteig_",       "fieldsplit_", "schur_",     "inner_",
+    "upper_",       "redundant_", "repart_", "telescope_", "redistribute_", "deflation_",  "galerkin_",  "fetidp_",
+    "exotic_",      "gdsw_",      "nn_",     "lsc_",       "mpi_",          "lmvm_",       "multigrid_", "exact_",
+    "approximate_", "hierarch_",  "power_",  "pseudo_",    "harmonic_",     "save_system"};
+
+// PETSc's options that are suggested when one is misspelt.
+constexpr std::array<const char*, 5> common_solver_options{"ksp_type", "ksp_rtol", "ksp_max_it", "ksp_monitor",
+                                                           "pc_type"};
+
+bool starts_with(const std::string& text, const std::string& start) {
+  return text.compare(0, start.size(), start) == 0;
+}
+
+bool ends_with(const std::string& text, const std::string& end) {
+  return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
+}
+
+bool is_solver_word(const std::string& rest) {
+  return std::any_of(solver_words.begin(), solver_words.end(),
+                     [&](const char* word) { return starts_with(rest, word); });
+}
+
+std::string first_word(const std::string& name) { return name.substr(0, name.find('_')); }
+
+std::vector<std::string> split(const std::string& text, char separator) {
+  std::vector<std::string> parts;
+  if (trimmed(text).empty()) {
+    return parts;
+  }
+  std::size_t begin = 0;
+  while (true) {
+    const std::size_t end = text.find(separator, begin);
+    parts.push_back(trimmed(text.substr(begin, end == std::string::npos ? end : end - begin)));
+    if (end == std::string::npos) {
+      return parts;
+    }
+    begin = end + 1;
+  }
+}
+
+std::string join(const std::vector<std::string>& parts, const std::string& separator) {
+  std::string text;
+  for (const std::string& part : parts) {
+    text += (text.empty() ? "" : separator) + part;
+  }
+  return text;
+}
+
+template <class Numbers>
+std::vector<std::string> number_words(const Numbers& numbers) {
+  std::vector<std::string> words;
+  for (const auto number : numbers) {
+    words.push_back(number_text(number));
+  }
+  return words;
+}
+
+/// If an option has more choices, its help says what they are.
+constexpr std::size_t most_listed_choices = 20;
+
+template <class T>
+inline constexpr bool is_list = std::is_same_v<T, Eigen::Vector3d> || std::is_same_v<T, std::vector<double>> ||
+                                std::is_same_v<T, std::vector<int>> || std::is_same_v<T, std::vector<std::string>>;
+
+}  // namespace
+
+Option::Option(std::string key, Variable variable)
+    : key_(std::move(key)), name_(command_line_name(key_)), variable_(variable) {
+  if (std::holds_alternative<Eigen::Vector3d*>(variable_)) {
+    length_ = 3;
+  }
+  if (const auto* choice = std::get_if<AnyChoice*>(&variable_)) {
+    choices_ = (*choice)->names();
+  }
+  std::vector<std::string> rows;
+  const WrittenValue initial = value();
+  for (const auto& row : initial.rows) {
+    rows.push_back(join(row, ", "));
+  }
+  default_text_ = join(rows, "; ");
+}
+
+Option& Option::unit(std::string text) {
+  unit_ = std::move(text);
+  units_ = split(unit_, ',');
+  for (const std::string& column : units_) {
+    const Unit parsed = parse_unit(column);
+    if (parsed.factor != 1 || parsed.offset != 0) {
+      throw std::logic_error("option " + key_ + ": unit " + column + " is not SI");
+    }
+  }
+  if (units_.size() > 1) {
+    length_ = units_.size();
+  }
+  return *this;
+}
+
+Option& Option::range(double lowest, double highest) {
+  lowest_ = lowest;
+  highest_ = highest;
+  return *this;
+}
+
+Option& Option::at_least(double lowest) {
+  lowest_ = lowest;
+  return *this;
+}
+
+Option& Option::at_most(double highest) {
+  highest_ = highest;
+  return *this;
+}
+
+Option& Option::more_than(double bound) {
+  above_ = bound;
+  return *this;
+}
+
+Option& Option::less_than(double bound) {
+  below_ = bound;
+  return *this;
+}
+
+Option& Option::choices(std::vector<std::string> names) {
+  choices_ = std::move(names);
+  return *this;
+}
+
+Option& Option::length(int count) {
+  length_ = static_cast<std::size_t>(count);
+  return *this;
+}
+
+Option& Option::acts_with(Condition condition) {
+  conditions_.push_back(std::move(condition));
+  return *this;
+}
+
+Option& Option::solver_setting() {
+  is_solver_setting_ = true;
+  return *this;
+}
+
+Option& Option::of_run() {
+  is_of_run_ = true;
+  return *this;
+}
+
+const Condition* Option::idle_because() const { return first_unmet(conditions_); }
+
+bool Option::is_blank() const {
+  const WrittenValue now = value();
+  const bool is_optional = std::holds_alternative<std::optional<double>*>(variable_);
+  return now.rows.empty() || now.rows.front().empty() || now.rows.front().front().empty() ||
+         (is_optional && now.rows.front().front() == "none");
+}
+
+Option& Option::file() {
+  is_file_ = true;
+  return *this;
+}
+
+Option& Option::not_read_again() {
+  is_read_again_ = false;
+  return *this;
+}
+
+Option& Option::needs_value(std::string expected) {
+  expected_text_ = std::move(expected);
+  return *this;
+}
+
+Option& Option::help(std::string text) {
+  help_ = std::move(text);
+  return *this;
+}
+
+Option& Option::source(std::string text) {
+  source_ = std::move(text);
+  return *this;
+}
+
+std::string Option::range_text() const {
+  std::vector<std::string> parts;
+  if (length_) {
+    parts.push_back(std::to_string(*length_) +
+                    (std::holds_alternative<Rows*>(variable_) ? " numbers a row" : " numbers"));
+  }
+  if (!choices_.empty() && choices_.size() <= most_listed_choices) {
+    parts.push_back(join(choices_, ", "));
+  }
+  if (const std::string allowed = limits(""); !allowed.empty()) {
+    parts.push_back((has_key_points() ? "behind the time " : "") + allowed);
+  }
+  return join(parts, "; ");
+}
+
+bool Option::has_key_points() const {
+  return std::holds_alternative<Rows*>(variable_) && units_.size() > 1 && units_.front() == "s";
+}
+
+std::string Option::limits(const std::string& unit) const {
+  std::vector<std::string> parts;
+  if (lowest_ && highest_) {
+    parts.push_back(number_text(*lowest_) + " to " + number_text(*highest_) + unit);
+  } else if (lowest_) {
+    parts.push_back("at least " + number_text(*lowest_) + unit);
+  }
+  if (above_) {
+    parts.push_back("more than " + number_text(*above_) + unit);
+  }
+  if (highest_ && !lowest_) {
+    parts.push_back("at most " + number_text(*highest_) + unit);
+  }
+  if (below_) {
+    parts.push_back("less than " + number_text(*below_) + unit);
+  }
+  return join(parts, ", ");
+}
+
+std::string Option::expected() const {
+  std::string element = needs_value() ? expected_text_ : "text";
+  const bool flag = is_flag();
+  const bool integers = std::holds_alternative<int*>(variable_) || std::holds_alternative<std::vector<int>*>(variable_);
+  const bool texts =
+      std::holds_alternative<std::string*>(variable_) || std::holds_alternative<std::vector<std::string>*>(variable_);
+  const bool rows = std::holds_alternative<Rows*>(variable_);
+  if (!choices_.empty()) {
+    element = "one of " + join(choices_, ", ");
+  } else if (flag) {
+    element = "true or false";
+  } else if (integers) {
+    element = "an integer";
+  } else if (!texts) {
+    element = units_.size() > 1 ? "numbers in " + unit_ : example_of(unit_);
+  }
+  const std::string allowed = limits(unit_ == "1" || units_.size() > 1 ? "" : " " + unit_);
+  if (!allowed.empty()) {
+    element += (has_key_points() ? ", behind the time " : ", ") + allowed;
+  }
+  if (std::holds_alternative<std::optional<double>*>(variable_)) {
+    return "none or " + element;
+  }
+  const std::string count = length_ ? " of " + std::to_string(*length_) : "";
+  if (rows) {
+    return "a list of rows" + count + (length_ ? "" : " of equal length") + ", " + element;
+  }
+  const bool scalar = flag || std::holds_alternative<int*>(variable_) || std::holds_alternative<double*>(variable_) ||
+                      std::holds_alternative<std::string*>(variable_) || std::holds_alternative<AnyChoice*>(variable_);
+  return scalar ? element : "a list" + count + ", each " + element;
+}
+
+WrittenValue Option::value() const {
+  return std::visit(
+      [](auto* variable) {
+        using T = std::remove_pointer_t<decltype(variable)>;
+        WrittenValue written;
+        if constexpr (std::is_same_v<T, bool>) {
+          written.rows = {{*variable ? "true" : "false"}};
+        } else if constexpr (std::is_same_v<T, int>) {
+          written.rows = {{std::to_string(*variable)}};
+        } else if constexpr (std::is_same_v<T, double>) {
+          written.rows = {{number_text(*variable)}};
+        } else if constexpr (std::is_same_v<T, std::string>) {
+          written.rows = {{*variable}};
+        } else if constexpr (std::is_same_v<T, AnyChoice>) {
+          written.rows = {{variable->name()}};
+        } else if constexpr (std::is_same_v<T, std::optional<double>>) {
+          written.rows = {{*variable ? number_text(**variable) : "none"}};
+        } else if constexpr (std::is_same_v<T, Rows>) {
+          written.kind = WrittenValue::Kind::rows;
+          for (const auto& row : *variable) {
+            written.rows.push_back(number_words(row));
+          }
+        } else if constexpr (std::is_same_v<T, std::vector<std::string>>) {
+          written.kind = WrittenValue::Kind::list;
+          written.rows = {*variable};
+        } else {
+          written.kind = WrittenValue::Kind::list;
+          written.rows = {number_words(*variable)};
+        }
+        return written;
+      },
+      variable_);
+}
+
+WrittenValue Option::value_with_unit() const {
+  WrittenValue written = value();
+  if (unit_ == "rad") {  // Beyond a full turn an angle must name it.
+    for (auto& row : written.rows) {
+      for (std::string& word : row) {
+        word += " rad";
+      }
+    }
+  }
+  return written;
+}
+
+WrittenValue Option::from_command_line(const std::string& text) const {
+  return std::visit(
+      [&](auto* variable) {
+        using T = std::remove_pointer_t<decltype(variable)>;
+        WrittenValue written;
+        if constexpr (std::is_same_v<T, Rows>) {
+          written.kind = WrittenValue::Kind::rows;
+          for (const std::string& row : split(text, ';')) {
+            written.rows.push_back(split(row, ','));
+          }
+        } else if constexpr (is_list<T>) {
+          written.kind = WrittenValue::Kind::list;
+          written.rows = {split(text, ',')};
+        } else {
+          written.rows = {{text}};
+        }
+        return written;
+      },
+      variable_);
+}
+
+void Option::resolve(WrittenValue& written, const std::string& folder) const {
+  if (!is_file_ || written.kind != WrittenValue::Kind::scalar || written.rows.front().front().empty()) {
+    return;
+  }
+  std::string& name = written.rows.front().front();
+  name = std::filesystem::absolute(std::filesystem::path(folder) / name).lexically_normal().string();
+}
+
+void Option::give(const WrittenValue& written, Origin origin) {
+  assign(written);
+  origin_ = std::move(origin);
+  has_acted_ = false;
+}
+
+void Option::assign(const WrittenValue& written) {
+  for (const auto& row : written.rows) {
+    for (const std::string& word : row) {
+      if (std::any_of(word.begin(), word.end(), [](unsigned char c) { return (c < 0x20 && c != '\t') || c == 0x7f; })) {
+        refuse("\"" + word + "\" has control characters");
+      }
+    }
+  }
+  std::visit(
+      [&](auto* variable) {
+        using T = std::remove_pointer_t<decltype(variable)>;
+        using Kind = WrittenValue::Kind;
+        if constexpr (std::is_same_v<T, Rows>) {
+          const bool empty = written.kind == Kind::list && written.rows.front().empty();
+          if (written.kind != Kind::rows && !empty) {
+            refuse(written.kind == Kind::list ? "a list of single entries" : "a single value");
+          }
+          Rows rows;
+          for (std::size_t i = 0; !empty && i < written.rows.size(); ++i) {
+            const auto& words = written.rows[i];
+            if (words.size() != length_.value_or(written.rows.front().size())) {
+              refuse("row " + std::to_string(i + 1) + " has " + std::to_string(words.size()) + " entries");
+            }
+            rows.emplace_back();
+            for (std::size_t column = 0; column < words.size(); ++column) {
+              rows.back().push_back(number(words[column], column_unit(column), column > 0 || !has_key_points()));
+            }
+          }
+          *variable = rows;
+        } else if constexpr (is_list<T>) {
+          // A list of any length may be one entry without brackets: `corners: all`.
+          if (written.kind == Kind::rows || (written.kind == Kind::scalar && length_)) {
+            refuse(written.kind == Kind::rows ? "a list of lists"
+                                              : "\"" + written.rows.front().front() + "\" is no list");
+          }
+          const auto& words = written.rows.front();
+          const bool is_default = words.empty() && default_text_.empty();
+          if (length_ && words.size() != *length_ && !is_default) {
+            refuse("the list has " + std::to_string(words.size()) + " entries");
+          }
+          T values = *variable;
+          if constexpr (!std::is_same_v<T, Eigen::Vector3d>) {
+            values.resize(words.size());
+          }
+          for (std::size_t i = 0; i < words.size(); ++i) {
+            if constexpr (std::is_same_v<T, std::vector<int>>) {
+              values[i] = integer(words[i]);
+            } else if constexpr (std::is_same_v<T, std::vector<std::string>>) {
+              values[i] = chosen(words[i]);
+            } else if constexpr (std::is_same_v<T, std::vector<double>>) {
+              values[i] = number(words[i], column_unit(i));
+            } else {
+              values[static_cast<Eigen::Index>(i)] = number(words[i], column_unit(i));
+            }
+          }
+          *variable = values;
+        } else {
+          if (written.kind != Kind::scalar) {
+            refuse("a list");
+          }
+          const std::string& word = written.rows.front().front();
+          if constexpr (std::is_same_v<T, bool>) {
+            const std::set<std::string> yes{"true", "yes", "on", "1"};
+            if (yes.count(word) == 0 && std::set<std::string>{"false", "no", "off", "0"}.count(word) == 0) {
+              refuse("\"" + word + "\"");
+            }
+            *variable = yes.count(word) > 0;
+          } else if constexpr (std::is_same_v<T, int>) {
+            *variable = integer(word);
+          } else if constexpr (std::is_same_v<T, std::string>) {
+            *variable = chosen(word);
+          } else if constexpr (std::is_same_v<T, AnyChoice>) {
+            variable->set(chosen(word));
+          } else if constexpr (std::is_same_v<T, double>) {
+            *variable = number(word, unit_);
+          } else if (word == "none") {
+            *variable = std::nullopt;
+          } else {
+            *variable = number(word, unit_);
+          }
+        }
+      },
+      variable_);
+}
+
+double Option::number(const std::string& word, const std::string& unit, bool has_range) const {
+  Quantity quantity;
+  try {
+    quantity = parse_quantity(word);
+  } catch (const Error& error) {
+    refuse(error.what());
+  }
+  if (!quantity.bare && quantity.dimension != parse_unit(unit).dimension) {
+    refuse("\"" + word + "\" has the wrong dimension");
+  }
+  constexpr double full_turn = 6.283185307179586;
+  if (quantity.bare && unit == "rad" && std::abs(quantity.value) > full_turn * (1 + 1e-4)) {  // 6.2832 is one
+    throw Error(word + ": an angle of more than 2 pi without a unit; expected " + word + " deg or " + word + " rad");
+  }
+  if (has_range) {
+    check_range(quantity.value, word);
+  }
+  return quantity.value;
+}
+
+int Option::integer(const std::string& word) const {
+  int value = 0;
+  const bool plus = word.size() > 1 && word[0] == '+' && word[1] != '-';
+  const char* end = word.data() + word.size();
+  const auto [last, failure] = std::from_chars(word.data() + (plus ? 1 : 0), end, value);
+  if (failure == std::errc::result_out_of_range && last == end) {
+    refuse("\"" + word + "\" is beyond the integers, " + std::to_string(std::numeric_limits<int>::min()) + " to " +
+           std::to_string(std::numeric_limits<int>::max()));
+  }
+  if (failure != std::errc() || last != end) {
+    refuse("\"" + word + "\" is not an integer");
+  }
+  check_range(value, word);
+  return value;
+}
+
+std::string Option::chosen(const std::string& word) const {
+  if (!choices_.empty() && std::find(choices_.begin(), choices_.end(), word) == choices_.end()) {
+    refuse("\"" + word + "\" is not a choice, the nearest is " + nearest(word, choices_));
+  }
+  return word;
+}
+
+void Option::check_range(double value, const std::string& word) const {
+  if ((lowest_ && value < *lowest_) || (highest_ && value > *highest_) || (above_ && value <= *above_) ||
+      (below_ && value >= *below_)) {
+    refuse("\"" + word + "\" is out of range");
+  }
+}
+
+void Option::refuse(const std::string& problem) const { throw Error(problem + "; expected " + expected()); }
+
+const std::string& Option::column_unit(std::size_t column) const {
+  return units_.size() > 1 ? units_[column] : units_.front();
+}
+
+Option& OptionTable::add(const std::string& key, Option::Variable variable) {
+  Option option(base_ + key, variable);
+  const auto same = [&](const Option& other) { return other.name() == option.name(); };
+  const auto below = [&](const Option& other) {
+    return starts_with(other.key(), option.key() + ".") || starts_with(option.key(), other.key() + ".");
+  };
+  const bool in_section = base_.empty() && std::any_of(sections_.begin(), sections_.end(), [&](const ObjectSection& s) {
+                            return starts_with(option.key() + ".", s.key + ".");
+                          });
+  if (in_section || std::any_of(target_->begin(), target_->end(), same) ||
+      std::any_of(target_->begin(), target_->end(), below)) {
+    throw std::logic_error("option " + option.key() + " is declared twice, or is a group as well");
+  }
+  for (const Condition& condition : conditions_) {
+    option.acts_with(condition);
+  }
+  if (adds_solver_settings_) {
+    option.solver_setting();
+  }
+  if (adds_of_run_) {
+    option.of_run();
+  }
+  return target_->emplace_back(std::move(option));
+}
+
+void OptionTable::add_under(const Condition& condition, const std::function<void()>& declare) {
+  conditions_.push_back(condition);
+  declare();
+  conditions_.pop_back();
+}
+
+void OptionTable::add_solver_settings(const std::function<void()>& declare) {
+  adds_solver_settings_ = true;
+  declare();
+  adds_solver_settings_ = false;
+}
+
+void OptionTable::add_of_run(const std::function<void()>& declare) {
+  adds_of_run_ = true;
+  declare();
+  adds_of_run_ = false;
+}
+
+void OptionTable::add_object_section(const std::string& section, std::string help,
+                                     std::function<void(OptionTable&, const std::string& object)> describe) {
+  ObjectSection& added = sections_.emplace_back();
+  added.key = section;
+  added.name = command_line_name(section);
+  added.help = std::move(help);
+  added.describe = std::move(describe);
+  added.conditions = conditions_;
+  added.is_of_run = adds_of_run_;
+  base_ = section + ".NAME.";
+  target_ = &added.prototype;
+  added.describe(*this, "");
+  base_.clear();
+  target_ = &options_;
+}
+
+void OptionTable::add_solver_prefix(std::string prefix, std::vector<std::string> variants) {
+  solver_prefixes_.push_back({std::move(prefix), std::move(variants), conditions_});
+}
+
+Option* OptionTable::find_key(const std::string& key) {
+  const auto found =
+      std::find_if(options_.begin(), options_.end(), [&](const Option& option) { return option.key() == key; });
+  return found == options_.end() ? nullptr : &*found;
+}
+
+const Option* OptionTable::find_name(const std::string& name) const {
+  const auto found =
+      std::find_if(options_.begin(), options_.end(), [&](const Option& option) { return option.name() == name; });
+  return found == options_.end() ? nullptr : &*found;
+}
+
+Option* OptionTable::find_name(const std::string& name) {
+  return const_cast<Option*>(static_cast<const OptionTable&>(*this).find_name(name));
+}
+
+const OptionTable::ObjectSection* OptionTable::find_section(const std::string& key) const {
+  const auto found = std::find_if(sections_.begin(), sections_.end(),
+                                  [&](const ObjectSection& section) { return section.key == key; });
+  return found == sections_.end() ? nullptr : &*found;
+}
+
+const Option* OptionTable::find_prototype(const std::string& name) const {
+  for (const ObjectSection& section : sections_) {
+    const std::string start = section.name + "_";
+    for (const Option& option : section.prototype) {
+      const std::string end = option.name().substr(start.size() + std::string("NAME").size());
+      if (starts_with(name, start) && ends_with(name, end) && name.size() > start.size() + end.size()) {
+        return &option;
+      }
+    }
+  }
+  return nullptr;
+}
+
+bool OptionTable::is_group(const std::string& key) const {
+  const std::string name = command_line_name(key) + "_";
+  for (const SolverPrefix& solver : solver_prefixes_) {
+    std::vector<std::string> starts{solver.prefix};
+    for (const std::string& variant : solver.variants) {
+      starts.push_back(solver.prefix + variant);
+    }
+    for (const std::string& start : starts) {
+      if (starts_with(start, name) || (starts_with(name, start) && is_solver_word(name.substr(start.size())))) {
+        return true;
+      }
+    }
+  }
+  const auto below = [&](const auto& declared) { return starts_with(declared, key + "."); };
+  return std::any_of(options_.begin(), options_.end(), [&](const Option& option) { return below(option.key()); }) ||
+         std::any_of(sections_.begin(), sections_.end(), [&](const ObjectSection& s) { return below(s.key); });
+}
+
+std::vector<std::string> OptionTable::keys() const {
+  std::set<std::string> keys{"petsc"};
+  const auto add_with_groups = [&](const std::string& key) {
+    for (std::size_t dot = key.find('.'); dot != std::string::npos; dot = key.find('.', dot + 1)) {
+      keys.insert(key.substr(0, dot));
+    }
+    keys.insert(key);
+  };
+  for (const Option& option : options_) {
+    add_with_groups(option.key());
+  }
+  for (const ObjectSection& section : sections_) {
+    add_with_groups(section.key);
+  }
+  for (const SolverPrefix& solver : solver_prefixes_) {
+    const std::string group = solver.prefix.substr(0, solver.prefix.size() - 1);
+    keys.insert(group);
+    for (const char* option : common_solver_options) {
+      keys.insert(group + "." + option);
+    }
+    for (const std::string& variant : solver.variants) {
+      keys.insert(group + "." + variant.substr(0, variant.size() - 1));
+    }
+  }
+  return {keys.begin(), keys.end()};
+}
+
+void OptionTable::note_acting() {
+  follow_decks_();
+  for (Option& option : options_) {
+    option.note_acting();
+  }
+  for (ObjectSection& section : sections_) {
+    for (Object& object : section.objects) {
+      object.has_acted = object.has_acted || first_unmet(section.conditions) == nullptr;
+    }
+  }
+}
+
+void OptionTable::create_object(const std::string& section, const std::string& object, const Origin& origin) {
+  const auto found =
+      std::find_if(sections_.begin(), sections_.end(), [&](const ObjectSection& s) { return s.key == section; });
+  const auto known = std::find_if(found->objects.begin(), found->objects.end(),
+                                  [&](const Object& other) { return other.name == object; });
+  if (known != found->objects.end()) {
+    *known = {object, origin};
+    return;
+  }
+  if (!is_word(object)) {
+    throw Error("\"" + object + "\" is no name of an object; expected letters, digits and underscores");
+  }
+  for (const Option& option : found->prototype) {
+    const std::string end = option.name().substr(found->name.size() + std::string("_NAME").size());
+    const std::string name = found->name + "_" + object + end;
+    if (const Option* other = find_name(name)) {
+      throw Error("-" + name + " would also mean " + other->key() + "; expected another name of the object");
+    }
+  }
+  found->objects.push_back({object, origin});
+  base_ = section + "." + object + ".";
+  conditions_ = found->conditions;
+  adds_of_run_ = found->is_of_run;
+  found->describe(*this, object);
+  adds_of_run_ = false;
+  conditions_.clear();
+  base_.clear();
+}
+
+const SolverPrefix* OptionTable::solver_of(const std::string& name) const {
+  for (const SolverPrefix& solver : solver_prefixes_) {
+    if (starts_with(name, solver.prefix)) {
+      const std::string rest = name.substr(solver.prefix.size());
+      for (const std::string& variant : solver.variants) {
+        if (starts_with(rest, variant) && is_solver_word(rest.substr(variant.size()))) {
+          return &solver;
+        }
+      }
+      if (is_solver_word(rest)) {
+        return &solver;
+      }
+    }
+  }
+  return nullptr;
+}
+
+std::vector<std::string> OptionTable::variant_names(const std::string& name) const {
+  std::vector<std::string> names;
+  for (const SolverPrefix& solver : solver_prefixes_) {
+    if (starts_with(name, solver.prefix) && is_solver_word(name.substr(solver.prefix.size()))) {
+      for (const std::string& variant : solver.variants) {
+        names.push_back(solver.prefix + variant + name.substr(solver.prefix.size()));
+      }
+    }
+  }
+  return names;
+}
+
+std::optional<std::string> OptionTable::meant_name(const std::string& name) const {
+  if (is_solver_option(name)) {
+    return std::nullopt;
+  }
+  const std::string module = first_word(name) + "_";
+  const auto is_of_module = [&module](const std::string& other) { return starts_with(other + "_", module); };
+  const bool begins_like_ours =
+      std::any_of(options_.begin(), options_.end(),
+                  [&](const Option& option) { return option.key() != option.name() && is_of_module(option.name()); }) ||
+      std::any_of(sections_.begin(), sections_.end(), [&](const ObjectSection& s) { return is_of_module(s.name); }) ||
+      std::any_of(solver_prefixes_.begin(), solver_prefixes_.end(),
+                  [&](const SolverPrefix& solver) { return is_of_module(solver.prefix); });
+  constexpr int most_letters = 2;  // that may be wrong; a short name has too many others within this distance
+  if (!begins_like_ours && name.size() <= 4) {
+    return std::nullopt;
+  }
+  std::vector<std::string> ours;
+  const auto consider = [&](const std::string& other) {
+    const auto longer = std::abs(static_cast<int>(other.size()) - static_cast<int>(name.size()));
+    if (begins_like_ours || longer <= most_letters) {  // A larger difference in length means more wrong letters.
+      ours.push_back(other);
+    }
+  };
+  for (const char* flag : {"help", "options_table", "version"}) {
+    consider(flag);
+  }
+  for (const Option& option : options_) {
+    consider(option.name());
+  }
+  for (const SolverPrefix& solver : solver_prefixes_) {
+    for (const char* option : common_solver_options) {
+      consider(solver.prefix + option);
+    }
+  }
+  const std::string closest = nearest(name, ours);
+  return begins_like_ours || (!ours.empty() && edit_distance(name, closest) <= most_letters) ? std::optional(closest)
+                                                                                             : std::nullopt;
+}
+
+Condition one_of(const std::string& key, const std::string& variable, std::vector<std::string> values) {
+  const std::string words = key + ": " + join(values, ", ");
+  return {words, [&variable, values = std::move(values)] {
+            return std::find(values.begin(), values.end(), variable) != values.end();
+          }};
+}
+
+Condition one_of_names(const std::string& key, const AnyChoice& variable, std::vector<std::string> values) {
+  const std::string words = key + ": " + join(values, ", ");
+  return {words, [&variable, values = std::move(values)] {
+            return std::find(values.begin(), values.end(), variable.name()) != values.end();
+          }};
+}
+
+const Condition* first_unmet(const std::vector<Condition>& conditions) {
+  const auto unmet =
+      std::find_if(conditions.begin(), conditions.end(), [](const Condition& condition) { return !condition.holds(); });
+  return unmet == conditions.end() ? nullptr : &*unmet;
+}
+
+void OptionTable::check_exclusions() const {
+  for (const Exclusion& exclusion : exclusions_) {
+    if (exclusion.holds()) {
+      const bool is_key = exclusion.option.find(':') == std::string::npos;
+      throw Error(exclusion.option + (is_key ? ": " : " ") + "does not go with " + exclusion.other + ", expected " +
+                  exclusion.expected);
+    }
+  }
+}
+
+bool is_word(const std::string& text) {
+  return !text.empty() && std::isalpha(static_cast<unsigned char>(text[0])) != 0 &&
+         std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isalnum(c) != 0 || c == '_'; });
+}
+
+std::string command_line_name(const std::string& key) {
+  std::string name = key;
+  std::replace(name.begin(), name.end(), '.', '_');
+  return name;
+}
+
+}  // namespace options
+}  // namespace pellicle

@@ -1,0 +1,53 @@
+#include "options/spelling.h"
+
+#include <algorithm>
+#include <cctype>
+#include <limits>
+
+namespace pellicle {
+inline namespace options {
+
+std::string in_lower_case(std::string_view word) {
+  std::string lower(word);
+  std::transform(lower.begin(), lower.end(), lower.begin(), [](unsigned char c) { return std::tolower(c); });
+  return lower;
+}
+
+int edit_distance(const std::string& a, const std::string& b) {
+  // d[i][j]: distance of the first i letters of a from the first j of b; three rows of it are kept.
+  std::vector<int> before_last;
+  std::vector<int> last(b.size() + 1);
+  std::vector<int> current(b.size() + 1);
+  for (std::size_t j = 0; j <= b.size(); ++j) {
+    last[j] = static_cast<int>(j);
+  }
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    current[0] = static_cast<int>(i);
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const int replaced = last[j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1);
+      current[j] = std::min({replaced, last[j] + 1, current[j - 1] + 1});
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1]) {
+        current[j] = std::min(current[j], before_last[j - 2] + 1);
+      }
+    }
+    before_last = last;
+    std::swap(last, current);
+  }
+  return last[b.size()];
+}
+
+std::string nearest(const std::string& word, const std::vector<std::string>& candidates) {
+  std::string best;
+  int smallest = std::numeric_limits<int>::max();
+  for (const std::string& candidate : candidates) {
+    const int distance = edit_distance(word, candidate);
+    if (distance < smallest) {
+      smallest = distance;
+      best = candidate;
+    }
+  }
+  return best;
+}
+
+}  // namespace options
+}  // namespace pellicle

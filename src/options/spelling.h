@@ -1,0 +1,20 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace pellicle {
+inline namespace options {
+
+/// A word with its capital letters of ASCII made small.
+std::string in_lower_case(std::string_view word);
+
+/// The number of letters inserted, removed, replaced or swapped with their neighbour that turn `a` into `b`.
+int edit_distance(const std::string& a, const std::string& b);
+
+/// The candidate with the smallest edit distance to `word`, the first of several; "" without candidates.
+std::string nearest(const std::string& word, const std::vector<std::string>& candidates);
+
+}  // namespace options
+}  // namespace pellicle

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "io/console.h"
+#include "io/frame_writer.h"
+#include "io/history.h"
+#include "run/body_drawings.h"
+#include "run/history_tables.h"
+#include "run/step_control.h"
+#include "world/world.h"
+
+namespace pellicle {
+inline namespace run {
+
+/// The output of a world: frames, tables and lines. All calls are collective.
+class WorldOutput : public SteppedRun {
+ public:
+  /// Touches no file. World, folder and console must outlive it. @param bodies that frames show beside the objects
+  /// @throws Error if two objects or bodies would write the same file
+  WorldOutput(World& world, OutputFolder& folder, Console& console, const OutputOptions& options,
+              std::vector<BodyDrawing> bodies = {});
+
+  World& world() { return world_; }
+
+  /// Writes the first frame, which makes the folder, and the first rows. @throws Error, on all ranks, on chosen fields
+  /// that no object has, before anything is written
+  void begin();
+  /// Continues the output of the run that has written a checkpoint, in its folder, instead. @throws Error, on all
+  /// ranks, when the folder lacks what the checkpoint names
+  void resume(const Hdf5File& checkpoint);
+
+  double time() const override { return world_.time(); }
+  int step() const override { return world_.steps(); }
+  double& length() override { return world_.length(); }
+  StepResult advance(double h) override { return world_.advance(h); }
+  void accept(double time) override { world_.accept(time); }
+  void keep() override { world_.keep(); }
+  void restore() override { world_.restore(); }
+  std::string ended() const override { return world_.ended(); }
+  std::vector<std::string> remarks() const override { return world_.remarks(); }
+  bool frame_due() const override { return writer_.due(time(), step()); }
+  std::optional<double> next_frame_time() const override { return writer_.next_time(time()); }
+  void draw() override;
+  std::string draw_failed(double h) override;
+  void record(int retries) override;
+  void save(Hdf5File& checkpoint) const override;
+
+ private:
+  /// The table of a group of objects that touch each other.
+  struct GroupTable {
+    const Group* group;
+    std::unique_ptr<History> contacts;
+  };
+
+  void check_chosen_fields();
+  void draw_bodies();
+  void add_rows(int retries, bool all);
+
+  World& world_;
+  Console& console_;
+  std::vector<BodyDrawing> bodies_;
+  FrameWriter writer_;
+  bool fields_are_to_be_checked_;
+  std::vector<std::unique_ptr<HistoryTables>> tables_;  ///< of the objects
+  std::vector<GroupTable> contacts_;
+};
+
+}  // namespace run
+}  // namespace pellicle

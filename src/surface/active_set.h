@@ -1,0 +1,29 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "surface/surface.h"
+
+namespace pellicle {
+inline namespace surface {
+
+/// The active parts of a surface that burns or tears, without renumbering: springs that hold, and surface triangles
+/// that exist at least in part. A spring lives as long as one of the triangles that share it; a green one dies when the
+/// side that it crosses cracks. SpringRule has further criteria.
+struct ActiveSet {
+  /// Everything is active.
+  explicit ActiveSet(const Surface& surface);
+
+  std::array<std::vector<bool>, 4> springs;  ///< local springs of each colour, ghosts up to date
+  std::vector<bool> triangles;               ///< drawn ones of the local elements, ghosts up to date
+  /// Sides of the local elements along which the surface has cracked; both elements at a side have the same value.
+  /// Ghosts up to date.
+  std::vector<bool> cracked;
+};
+
+/// Whether each local particle has an active local spring; all springs of owned particles are local. Not collective.
+std::vector<bool> particles_with_springs(const Surface& surface, const ActiveSet& active);
+
+}  // namespace surface
+}  // namespace pellicle

@@ -1,0 +1,106 @@
+#include "surface/weave_strain.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/units.h"
+#include "parallel/collective.h"
+
+namespace pellicle {
+inline namespace surface {
+
+WeaveStrain weave_strain(const Sheet& sheet, const Field& x, const std::array<std::vector<double>, 4>& target_length,
+                         const ActiveSet& active, const std::array<std::vector<bool>, 4>& bears) {
+  constexpr PetscInt none = std::numeric_limits<PetscInt>::max();
+  using Place = Eigen::Map<const Eigen::Vector3d>;
+  using Key = std::array<PetscInt, 3>;  // ids of the ends, colour
+  WeaveStrain strain;
+  Key key{none, none, none};
+  // Of the owned springs, then of all: sums of squares and numbers of each colour; sum and number of those under load.
+  std::array<double, 10> sums{};
+  const double* places = x.data();
+  for (const Colour colour : all_colours) {
+    if (!sheet.acts(colour)) {
+      continue;
+    }
+    const auto index = static_cast<std::size_t>(colour);
+    const SpringSet& springs = sheet.of(colour);
+    const std::vector<bool>& lives = active.springs[index];
+    double squares = 0;
+    double sum = 0;
+    PetscInt count = 0;
+    PetscInt bearing = 0;
+    for (PetscInt s = 0; s < springs.owned(); ++s) {
+      if (!lives[s]) {
+        continue;
+      }
+      const auto [a, b] = springs.ends[s];
+      const Place place_a(places + 3 * a);
+      const Place place_b(places + 3 * b);
+      const double value = std::abs((place_a - place_b).norm() / target_length[index][s] - 1);
+      squares += value * value;
+      ++count;
+      if (bears[index][s]) {
+        sum += value;
+        ++bearing;
+      }
+      strain.largest_of[index] = std::max(strain.largest_of[index], value);
+      if (is_of_weave(colour) && value >= strain.largest) {
+        const auto [first, last] = std::minmax(sheet.persistent_id[a], sheet.persistent_id[b]);
+        const Key own{first, last, static_cast<PetscInt>(colour)};
+        if (value > strain.largest || own < key) {
+          strain.largest = value;
+          key = own;
+          strain.place = (place_a + place_b) / 2;
+        }
+      }
+    }
+    sums[index] = squares;
+    sums[4 + index] = static_cast<double>(count);
+    sums[8] += sum;
+    sums[9] += static_cast<double>(bearing);
+  }
+  sums = sum_over_ranks(sheet.comm(), sums);
+  strain.largest_of = max_over_ranks(sheet.comm(), strain.largest_of);
+  strain.mean = sums[8] / std::max(1.0, sums[9]);
+  for (std::size_t colour = 0; colour < 4; ++colour) {
+    strain.rms_of[colour] = std::sqrt(sums[colour] / std::max(1.0, sums[4 + colour]));
+  }
+
+  const double own_largest = strain.largest;
+  strain.largest = max_over_ranks(sheet.comm(), strain.largest);
+  const Key own = own_largest == strain.largest ? key : Key{none, none, none};
+  Key first{};  // in the order of the keys: one number after the other
+  bool is_first = true;
+  for (std::size_t k = 0; k < own.size(); ++k) {
+    first[k] = is_first ? own[k] : none;
+    first[k] = min_over_ranks(sheet.comm(), first[k]);
+    is_first = is_first && own[k] == first[k];
+  }
+  if (first[0] == none) {
+    return strain;
+  }
+  strain.ids = {first[0], first[1]};
+  strain.colour = static_cast<Colour>(first[2]);
+  if (!is_first) {
+    strain.place.setZero();
+  }
+  sum_over_ranks(sheet.comm(), strain.place);
+  return strain;
+}
+
+std::string words_of(double strain, const Eigen::Vector3d& place) {
+  return fmt::format("{:.3g} % at ({:.4g}, {:.4g}, {:.4g}) m", 100 * strain, place[0], place[1], place[2]);
+}
+
+std::string beyond_limit(const WeaveStrain& strain, double limit) {
+  return std::string("the ") + colour_names[static_cast<std::size_t>(strain.colour)] + " spring of particles " +
+         std::to_string(strain.ids[0]) + " and " + std::to_string(strain.ids[1]) + " is strained by " +
+         words_of(strain.largest, strain.place) + ", above project.strain_limit " + number_text(limit);
+}
+
+}  // namespace surface
+}  // namespace pellicle

@@ -1,0 +1,100 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "equilibrium/step_gas.h"
+#include "parallel/field.h"
+#include "surface/sheet.h"
+
+namespace pellicle {
+inline namespace world {
+
+/// The gas in a sheet that PressureImpulse moves, its own or one with that in chambers of other objects.
+class GasCoupling : public GasFilled {
+ public:
+  /// All must outlive it. @param start positions at the beginning of a step @param end at its end, and until the sheet
+  /// has moved those at the beginning
+  GasCoupling(const Chambers& chambers, const GasStep& gas_step, const Field& start, const Field& end)
+      : chambers_(chambers),
+        gas_step_(gas_step),
+        start_(start),
+        end_(end),
+        gas_(std::make_shared<StepGas>(std::vector<StepGas::Part>{gas_part()})) {}
+
+  StepGas::Part gas_part() const override {
+    return {"", &chambers_, &gas_step_, &start_, &end_, GasTangent::exact, 0, {}, true};
+  }
+  void share_gas(std::shared_ptr<StepGas> gas, std::size_t part) override {
+    gas_ = std::move(gas);
+    number_ = part;
+  }
+
+  GasExchange end_gas(const Field& end) override { return gas_->end_step(number_, end, time_, h_); }
+  /// To be called when the gas step has begun. @param time at the end of the step [s] @param h its length [s]
+  void begin_step(double time, double h) {
+    time_ = time;
+    h_ = h;
+    gas_->begin_step(time);
+  }
+
+  const Chambers& chambers() const { return chambers_; }
+  StepGas& gas() { return *gas_; }
+  /// Whether it is joined to nothing but what the sheet encloses.
+  bool is_alone() const { return gas_->parts() == 1; }
+  /// Of the sheet among the parts of the gas.
+  std::size_t number() const { return number_; }
+
+ private:
+  const Chambers& chambers_;
+  const GasStep& gas_step_;
+  const Field& start_;
+  const Field& end_;
+  std::shared_ptr<StepGas> gas_;
+  std::size_t number_ = 0;
+  double time_ = 0;
+  double h_ = 0;
+};
+
+/// The gas in a projected sheet in a step: h W g p is added to its velocities before the projection, with the volume's
+/// gradient g, the inverse masses W of what is not constrained, and the pressure p.
+///
+/// The pressure is that of the law at the volume to which it would push the sheet if that had no springs, whose
+/// response is known (h^2 g.W g): projected springs have no stiffness that would answer a pressure in proportion. What
+/// the gas is joined to takes the volume as the projection has left it. Of a sheet of one layer the corners feel what
+/// acts on the centres of their cells.
+class PressureImpulse {
+ public:
+  /// Gas and sheet must outlive it. Collective.
+  /// @param free positions to which velocities alone lead, ghosts up to date [m]
+  /// @param mass of the local particles, of those that move [kg] @param constrained local particles that nothing moves
+  /// @param h length of the step, which the gas has begun [s]
+  PressureImpulse(GasCoupling& gas, const Sheet& sheet, const Field& free, const std::vector<double>& mass,
+                  const std::vector<bool>& constrained, double h);
+
+  /// Takes the pressures of the gas, with all that it is joined to as it is by now. Collective.
+  void choose_pressures();
+  /// What they add to the velocities of the local particles, (3 x local) [m/s].
+  const Field& velocity() const { return velocity_; }
+  /// Of each chamber [Pa].
+  const Eigen::VectorXd& pressure() const { return pressure_; }
+
+  /// The sheet stays at these positions for the rest of the step, whatever the pressure. Collective. @returns whether
+  /// the volumes differ from those where it has settled before, or it had not
+  bool fix(const Field& end);
+  bool is_fixed() const { return is_fixed_; }
+
+ private:
+  GasCoupling& gas_;
+  const Chambers& chambers_;
+  bool is_fixed_ = false;
+  std::vector<Field> moves_;       ///< h W g of each chamber, (3 x local) [m/(s Pa)]
+  FlowingGas::Response response_;  ///< as far as known
+  Eigen::VectorXd pressure_;       ///< [Pa]
+  Field velocity_;
+};
+
+}  // namespace world
+}  // namespace pellicle
