@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <functional>
 #include <memory>
 #include <utility>
 
@@ -21,26 +22,30 @@ inline namespace contact {
 
 namespace {
 
-bool has_axis(BodyShape shape) {
-  return shape == BodyShape::capsule || shape == BodyShape::cylinder || shape == BodyShape::ring;
+/// The kind of a body's shape; null: a mesh.
+const ShapeKind* kind_of(BodyShape shape) {
+  const auto number = static_cast<std::size_t>(shape);
+  return number < shape_kinds().size() ? &shape_kinds()[number] : nullptr;
 }
+
+bool has(BodyShape shape, ShapeOption option) { return kind_of(shape) != nullptr && kind_of(shape)->has(option); }
 
 /// @throws Error
 void require_valid(const std::string& key, const BodyOptions& options, const RigidMotion& motion) {
   if (const std::string fault = fault_of(motion); !fault.empty()) {
     throw Error(key + fault);
   }
-  if (options.shape == BodyShape::plane && options.normal.isZero(0)) {
+  if (has(options.shape, ShapeOption::plane) && options.normal.isZero(0)) {
     throw Error(key + ".normal: 0, 0, 0 given, expected a vector that is not zero");
   }
   if (options.axis.isZero(0)) {
     throw Error(key + ".axis: 0, 0, 0 given, expected a vector that is not zero");
   }
-  if (options.shape == BodyShape::ring && options.tube_radius >= options.radius) {
+  if (has(options.shape, ShapeOption::tube_radius) && options.tube_radius >= options.radius) {
     throw Error(key + ".tube_radius: " + number_text(options.tube_radius) + " m, expected less than the radius " +
                 number_text(options.radius) + " m");
   }
-  if (options.shape == BodyShape::mesh && options.file.empty()) {
+  if (kind_of(options.shape) == nullptr && options.file.empty()) {
     throw Error(key + ".file: a body of shape mesh needs one, expected the name of a closed mesh");
   }
 }
@@ -77,31 +82,18 @@ std::shared_ptr<const ClosedMesh> read_closed_mesh(MPI_Comm comm, const std::str
 }
 
 Shape shape_of(MPI_Comm comm, const std::string& key, const BodyOptions& options) {
-  switch (options.shape) {
-    case BodyShape::sphere:
-      return Sphere{options.radius};
-    case BodyShape::plane:
-      return HalfSpace{};
-    case BodyShape::box:
-      return Box{Eigen::Vector3d(options.size[0], options.size[1], options.size[2]) / 2};
-    case BodyShape::capsule:
-      return Capsule{options.radius, options.length / 2};
-    case BodyShape::cylinder:
-      return Cylinder{options.radius, options.length / 2};
-    case BodyShape::ring:
-      return Ring{options.radius, options.tube_radius};
-    case BodyShape::mesh:
-      break;
-  }
-  return read_closed_mesh(comm, key, options);
+  const ShapeKind* kind = kind_of(options.shape);
+  const Eigen::Vector3d size(options.size[0], options.size[1], options.size[2]);
+  return kind != nullptr ? kind->of({options.radius, options.length, options.tube_radius, size})
+                         : read_closed_mesh(comm, key, options);
 }
 
 RigidMotion motion_of(const BodyOptions& options) {
   RigidMotion motion;
-  const bool is_plane = options.shape == BodyShape::plane;
+  const bool is_plane = has(options.shape, ShapeOption::plane);
   motion.start.place = is_plane ? options.point : options.centre;
   const Eigen::Vector3d up = is_plane ? options.normal : options.axis;
-  if (is_plane || has_axis(options.shape)) {
+  if (is_plane || has(options.shape, ShapeOption::axis)) {
     motion.start.turn = rotation_between(Eigen::Vector3d::UnitZ(), up);
   }
   motion.velocity = options.velocity;
@@ -113,15 +105,38 @@ RigidMotion motion_of(const BodyOptions& options) {
 
 }  // namespace
 
+const std::vector<std::string>& names_of(BodyShape) {
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> all;
+    for (const ShapeKind& kind : shape_kinds()) {
+      all.push_back(kind.name);
+    }
+    all.push_back("mesh");
+    return all;
+  }();
+  return names;
+}
+
 void describe(OptionTable& table, BodyOptions& options) {
   table.add("shape", options.shape)
       .help(
           "what the body is; a plane is solid behind it, a capsule is a cylinder between two half balls, a ring is a "
           "torus, a mesh is read from a file");
-  const auto of = [&options](const std::vector<BodyShape>& shapes) { return one_of("shape", options.shape, shapes); };
-  const Condition plane = of({BodyShape::plane});
-  const Condition solid = of(
-      {BodyShape::sphere, BodyShape::box, BodyShape::capsule, BodyShape::cylinder, BodyShape::ring, BodyShape::mesh});
+  const auto shapes = [&options](const std::function<bool(BodyShape)>& is_one) {
+    std::vector<BodyShape> all;
+    for (std::size_t number = 0; number <= shape_kinds().size(); ++number) {
+      if (is_one(static_cast<BodyShape>(number))) {
+        all.push_back(static_cast<BodyShape>(number));
+      }
+    }
+    return one_of("shape", options.shape, all);
+  };
+  const auto of = [&shapes](ShapeOption option) {
+    return shapes([option](BodyShape shape) { return has(shape, option); });
+  };
+  const Condition plane = of(ShapeOption::plane);
+  const Condition solid = shapes([](BodyShape shape) { return !has(shape, ShapeOption::plane); });
+  const Condition mesh = shapes([](BodyShape shape) { return kind_of(shape) == nullptr; });
   const Condition without_path{"no path", [&options] { return options.path.empty(); }};
   const Condition without_rotation{"no rotation", [&options] { return options.rotation.empty(); }};
   table.add("centre", options.centre)
@@ -132,34 +147,34 @@ void describe(OptionTable& table, BodyOptions& options) {
   table.add("radius", options.radius)
       .unit("m")
       .more_than(0)
-      .acts_with(of({BodyShape::sphere, BodyShape::capsule, BodyShape::cylinder, BodyShape::ring}))
+      .acts_with(of(ShapeOption::radius))
       .help("radius; of a ring that of the circle in the middle of its tube");
   table.add("size", options.size)
       .unit("m")
       .length(3)
       .more_than(0)
-      .acts_with(of({BodyShape::box}))
+      .acts_with(of(ShapeOption::size))
       .help("edges of a box along x, y and z, before it is turned");
   table.add("axis", options.axis)
-      .acts_with(of({BodyShape::capsule, BodyShape::cylinder, BodyShape::ring}))
+      .acts_with(of(ShapeOption::axis))
       .help("axis of a capsule, cylinder or ring, before it is turned; any length");
   table.add("length", options.length)
       .unit("m")
       .more_than(0)
-      .acts_with(of({BodyShape::capsule, BodyShape::cylinder}))
+      .acts_with(of(ShapeOption::length))
       .help("length of a cylinder, of a capsule without its half balls");
   table.add("tube_radius", options.tube_radius)
       .unit("m")
       .more_than(0)
-      .acts_with(of({BodyShape::ring}))
+      .acts_with(of(ShapeOption::tube_radius))
       .help("radius of a ring's tube, less than its radius");
   table.add("file", options.file)
       .file()
-      .acts_with(of({BodyShape::mesh}))
+      .acts_with(mesh)
       .help("closed mesh, with normals outward: obj, off, ply, stl, vtp, vtu, vtk or msh");
   table.add("scale", options.scale)
       .more_than(0)
-      .acts_with(of({BodyShape::mesh}))
+      .acts_with(mesh)
       .help("by which the coordinates of the file are multiplied");
   table.add("point", options.point)
       .unit("m")

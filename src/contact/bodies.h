@@ -17,15 +17,13 @@
 namespace pellicle {
 inline namespace contact {
 
-enum class BodyShape { sphere, plane, box, capsule, cylinder, ring, mesh };
-inline const std::vector<std::string>& names_of(BodyShape) {
-  static const std::vector<std::string> names{"sphere", "plane", "box", "capsule", "cylinder", "ring", "mesh"};
-  return names;
-}
+/// Shape of a body: the number of its kind among shape_kinds(), or the number behind the last one for a mesh.
+enum class BodyShape : int {};
+const std::vector<std::string>& names_of(BodyShape);
 
 /// A solid that the sheet cannot enter, as a deck gives it: one of the named objects `bodies`.
 struct BodyOptions {
-  Choice<BodyShape> shape = BodyShape::sphere;
+  Choice<BodyShape> shape = BodyShape{};
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();            ///< at time 0, of all but planes [m]
   double radius = 0.1;                                         ///< of spheres, capsules, cylinders, rings [m]
   std::vector<double> size{0.1, 0.1, 0.1};                     ///< edges of a box [m]

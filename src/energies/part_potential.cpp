@@ -1,5 +1,9 @@
 #include "energies/part_potential.h"
 
+#include <cmath>
+
+#include "parallel/collective.h"
+
 namespace pellicle {
 inline namespace energies {
 
@@ -18,6 +22,22 @@ std::vector<VertexPair> PartPotential::pattern() const {
     pair = {joined_.local(part_, pair.row), joined_.global(part_, pair.column)};
   }
   return pairs;
+}
+
+bool PartPotential::limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matrix3Xd> step) {
+  auto own = step.middleCols(joined_.first_owned(part_), vertices_.owned);
+  if (how != StepLimit::all_alike) {
+    return potential_.limit(taken(x), how, own);
+  }
+  const double before = sum_over_ranks(vertices_.comm, own.squaredNorm());
+  const bool limits = potential_.limit(taken(x), how, own);
+  const double after = sum_over_ranks(vertices_.comm, own.squaredNorm());
+  if (after < before) {  // The steps of the other parts are shortened by the same fraction.
+    const Eigen::Matrix3Xd shortened = own;
+    step *= std::sqrt(after / before);
+    own = shortened;
+  }
+  return limits;
 }
 
 void PartPotential::add_product(const double* w, double* result) const {

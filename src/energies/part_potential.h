@@ -24,9 +24,7 @@ class PartPotential : public Potential {
   bool refresh(const Field& x) override { return potential_.refresh(taken(x)); }
   void update_pattern(const Field& x) override { potential_.update_pattern(taken(x)); }
   bool limits() const override { return potential_.limits(); }
-  bool limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matrix3Xd> step) override {
-    return potential_.limit(taken(x), how, step.middleCols(joined_.first_owned(part_), vertices_.owned));
-  }
+  bool limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matrix3Xd> step) override;
   bool multiplies() const override { return potential_.multiplies() && !potential_.has_terms(); }
   void add_product(const double* w, double* result) const override;
 

@@ -143,7 +143,7 @@ ImplicitStep::ImplicitStep(StepObjective& objective, const NewtonOptions& option
   defaults.rtol = options_.snes_rtol;
   check(KSPGetTolerances(system_.solver(), &defaults.ksp_rtol, nullptr, nullptr, nullptr));
   defaults.max_iterations = options.most_iterations();
-  defaults.own_tangent = "prism.tangent or prism.mat_type shell";
+  defaults.own_tangent = "-" + options_.solver_prefix + "mat_type shell";
   NewtonProblem problem;
   problem.residual = [this](Vec position, Vec residual) {
     objective_.move_to(position);

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <type_traits>
+
+#include "geometry/pi.h"
 
 namespace pellicle {
 inline namespace geometry {
@@ -20,19 +23,22 @@ Eigen::Vector3d away_from_axis(const Eigen::Vector3d& point, double distance) {
 
 double sign_of(double value) { return value < 0 ? -1 : 1; }
 
+Eigen::AlignedBox3d box_of(double sideways, double upward) {
+  const Eigen::Vector3d half(sideways, sideways, upward);
+  return {-half, half};
+}
+
 }  // namespace
 
-SignedDistance signed_distance(const Sphere& sphere, const Eigen::Vector3d& point) {
+SignedDistance Sphere::distance(const Eigen::Vector3d& point) const {
   const double length = point.norm();
-  return {length - sphere.radius, direction_of(point, length, Eigen::Vector3d::UnitZ())};
+  return {length - radius, direction_of(point, length, Eigen::Vector3d::UnitZ())};
 }
 
-SignedDistance signed_distance(const HalfSpace&, const Eigen::Vector3d& point) {
-  return {point.z(), Eigen::Vector3d::UnitZ()};
-}
+SignedDistance HalfSpace::distance(const Eigen::Vector3d& point) const { return {point.z(), Eigen::Vector3d::UnitZ()}; }
 
-SignedDistance signed_distance(const Box& box, const Eigen::Vector3d& point) {
-  const Eigen::Vector3d beyond = point.cwiseAbs() - box.half;
+SignedDistance Box::distance(const Eigen::Vector3d& point) const {
+  const Eigen::Vector3d beyond = point.cwiseAbs() - half;
   Eigen::Index axis = 0;
   const double most = beyond.maxCoeff(&axis);
   if (most <= 0) {
@@ -46,18 +52,18 @@ SignedDistance signed_distance(const Box& box, const Eigen::Vector3d& point) {
   return {length, arm / length};
 }
 
-SignedDistance signed_distance(const Capsule& capsule, const Eigen::Vector3d& point) {
-  const Eigen::Vector3d arm = point - Eigen::Vector3d(0, 0, std::clamp(point.z(), -capsule.half, capsule.half));
+SignedDistance Capsule::distance(const Eigen::Vector3d& point) const {
+  const Eigen::Vector3d arm = point - Eigen::Vector3d(0, 0, std::clamp(point.z(), -half, half));
   const double length = arm.norm();
-  return {length - capsule.radius, direction_of(arm, length, Eigen::Vector3d::UnitX())};
+  return {length - radius, direction_of(arm, length, Eigen::Vector3d::UnitX())};
 }
 
-SignedDistance signed_distance(const Cylinder& cylinder, const Eigen::Vector3d& point) {
+SignedDistance Cylinder::distance(const Eigen::Vector3d& point) const {
   const double from_axis = std::hypot(point.x(), point.y());
   const Eigen::Vector3d sideways = away_from_axis(point, from_axis);
   const Eigen::Vector3d upward = sign_of(point.z()) * Eigen::Vector3d::UnitZ();
-  const double beyond_side = from_axis - cylinder.radius;
-  const double beyond_end = std::abs(point.z()) - cylinder.half;
+  const double beyond_side = from_axis - radius;
+  const double beyond_end = std::abs(point.z()) - half;
   if (beyond_side <= 0 || beyond_end <= 0) {
     return beyond_side > beyond_end ? SignedDistance{beyond_side, sideways} : SignedDistance{beyond_end, upward};
   }
@@ -65,16 +71,106 @@ SignedDistance signed_distance(const Cylinder& cylinder, const Eigen::Vector3d& 
   return {length, (beyond_side * sideways + beyond_end * upward) / length};
 }
 
-SignedDistance signed_distance(const Ring& ring, const Eigen::Vector3d& point) {
+SignedDistance Ring::distance(const Eigen::Vector3d& point) const {
   const double from_axis = std::hypot(point.x(), point.y());
   const Eigen::Vector3d sideways = away_from_axis(point, from_axis);
-  const Eigen::Vector3d arm = point - ring.radius * sideways;
+  const Eigen::Vector3d arm = point - radius * sideways;
   const double length = arm.norm();
-  return {length - ring.tube, direction_of(arm, length, Eigen::Vector3d::UnitZ())};
+  return {length - tube, direction_of(arm, length, Eigen::Vector3d::UnitZ())};
 }
 
-SignedDistance signed_distance(const std::shared_ptr<const ClosedMesh>& mesh, const Eigen::Vector3d& point) {
-  return mesh->signed_distance(point);
+Eigen::AlignedBox3d Sphere::box() const { return box_of(radius, radius); }
+Eigen::AlignedBox3d HalfSpace::box() const {
+  constexpr double far = std::numeric_limits<double>::infinity();
+  return {Eigen::Vector3d::Constant(-far), Eigen::Vector3d(far, far, 0)};
+}
+Eigen::AlignedBox3d Capsule::box() const { return box_of(radius, half + radius); }
+Eigen::AlignedBox3d Cylinder::box() const { return box_of(radius, half); }
+Eigen::AlignedBox3d Ring::box() const { return box_of(radius + tube, tube); }
+
+Facets Sphere::facets(double /*half_plane*/) const {
+  std::vector<Eigen::Vector2d> line;
+  add_arc(line, {0, 0}, radius, -pi / 2, pi / 2);
+  return revolved(line);
+}
+
+Facets HalfSpace::facets(double half_plane) const {
+  const double h = half_plane;
+  return {{{-h, -h, 0}, {h, -h, 0}, {h, h, 0}, {-h, h, 0}}, {{0, 1, 2}, {0, 2, 3}}};
+}
+
+Facets Box::facets(double /*half_plane*/) const {
+  Facets facets;
+  for (int i = 0; i < 8; ++i) {
+    facets.points.emplace_back(((i & 1) != 0 ? 1 : -1) * half[0], ((i & 2) != 0 ? 1 : -1) * half[1],
+                               ((i & 4) != 0 ? 1 : -1) * half[2]);
+  }
+  facets.triangles = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
+                      {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
+  return facets;
+}
+
+Facets Capsule::facets(double /*half_plane*/) const {
+  std::vector<Eigen::Vector2d> line;
+  add_arc(line, {0, -half}, radius, -pi / 2, 0);
+  add_arc(line, {0, half}, radius, 0, pi / 2);
+  return revolved(line);
+}
+
+Facets Cylinder::facets(double /*half_plane*/) const {
+  return revolved({{0, -half}, {radius, -half}, {radius, half}, {0, half}});
+}
+
+Facets Ring::facets(double /*half_plane*/) const {
+  std::vector<Eigen::Vector2d> line;
+  add_arc(line, {radius, 0}, tube, -pi, pi);
+  return revolved(line);
+}
+
+namespace {
+
+using Mesh = std::shared_ptr<const ClosedMesh>;
+
+/// Calls `of_mesh` with a mesh, or `of_formula` with another shape.
+template <class Formula, class OfMesh>
+auto visit(const Shape& shape, const Formula& of_formula, const OfMesh& of_mesh) {
+  return std::visit(
+      [&](const auto& kind) {
+        if constexpr (std::is_same_v<std::decay_t<decltype(kind)>, Mesh>) {
+          return of_mesh(*kind);
+        } else {
+          return of_formula(kind);
+        }
+      },
+      shape);
+}
+
+template <class Kind>
+void add_kind(std::vector<ShapeKind>& kinds) {
+  if constexpr (!std::is_same_v<Kind, Mesh>) {
+    kinds.push_back({Kind::name, {Kind::options.begin(), Kind::options.end()}, [](const ShapeNumbers& given) -> Shape {
+                       return Kind::of(given);
+                     }});
+  }
+}
+
+template <class... Kinds>
+std::vector<ShapeKind> kinds_of(const std::variant<Kinds...>* /*shape*/) {
+  std::vector<ShapeKind> kinds;
+  (add_kind<Kinds>(kinds), ...);
+  return kinds;
+}
+
+}  // namespace
+
+const std::vector<ShapeKind>& shape_kinds() {
+  static const std::vector<ShapeKind> kinds = kinds_of(static_cast<const Shape*>(nullptr));
+  return kinds;
+}
+
+bool Solid::is_convex() const {
+  return visit(
+      shape, [](const auto& kind) { return kind.is_convex; }, [](const ClosedMesh&) { return false; });
 }
 
 SignedDistance signed_distance(const Solid& solid, const Eigen::Vector3d& point) {
@@ -85,37 +181,21 @@ SignedDistance signed_distance(const Solid& solid, const Eigen::Vector3d& point)
 }
 
 Eigen::AlignedBox3d box_round(const Shape& shape) {
-  struct Round {
-    static Eigen::AlignedBox3d of(const Eigen::Vector3d& half) { return {-half, half}; }
-    static Eigen::AlignedBox3d of(double sideways, double upward) { return of({sideways, sideways, upward}); }
-
-    Eigen::AlignedBox3d operator()(const Sphere& sphere) const { return of(sphere.radius, sphere.radius); }
-    Eigen::AlignedBox3d operator()(const HalfSpace&) const {
-      constexpr double far = std::numeric_limits<double>::infinity();
-      return {Eigen::Vector3d::Constant(-far), Eigen::Vector3d(far, far, 0)};
-    }
-    Eigen::AlignedBox3d operator()(const Box& box) const { return of(box.half); }
-    Eigen::AlignedBox3d operator()(const Capsule& capsule) const {
-      return of(capsule.radius, capsule.half + capsule.radius);
-    }
-    Eigen::AlignedBox3d operator()(const Cylinder& cylinder) const { return of(cylinder.radius, cylinder.half); }
-    Eigen::AlignedBox3d operator()(const Ring& ring) const { return of(ring.radius + ring.tube, ring.tube); }
-    Eigen::AlignedBox3d operator()(const std::shared_ptr<const ClosedMesh>& mesh) const { return mesh->box(); }
-  };
-  return std::visit(Round{}, shape);
+  return visit(
+      shape, [](const auto& kind) { return kind.box(); }, [](const ClosedMesh& mesh) { return mesh.box(); });
 }
 
 double depth_of(const Shape& shape) {
-  struct Depth {
-    double operator()(const Sphere& sphere) const { return sphere.radius; }
-    double operator()(const HalfSpace&) const { return std::numeric_limits<double>::infinity(); }
-    double operator()(const Box& box) const { return box.half.minCoeff(); }
-    double operator()(const Capsule& capsule) const { return capsule.radius; }
-    double operator()(const Cylinder& cylinder) const { return std::min(cylinder.radius, cylinder.half); }
-    double operator()(const Ring& ring) const { return ring.tube; }
-    double operator()(const std::shared_ptr<const ClosedMesh>&) const { return 0; }
-  };
-  return std::visit(Depth{}, shape);
+  return visit(
+      shape, [](const auto& kind) { return kind.depth(); }, [](const ClosedMesh&) { return 0.0; });
+}
+
+Facets facets_of(const Shape& shape, double half_plane) {
+  return visit(
+      shape, [half_plane](const auto& kind) { return kind.facets(half_plane); },
+      [](const ClosedMesh& mesh) {
+        return Facets{mesh.points(), mesh.triangles()};
+      });
 }
 
 }  // namespace geometry

@@ -97,8 +97,16 @@ class Chain {
   virtual Stages make_stages(const Surface& surface, State& state, StageClock& clock, Textures& textures) const = 0;
 };
 
+/// The chain of the burning paper: a sheet of quads heats, burns, shrinks and is cut, moves and cracks; it may enclose
+/// gas. Elements that have burnt away are removed from it now and then, see `ablation.compact_fraction`.
+std::unique_ptr<Chain> make_sheet_chain(const Options& options);
+/// The chain of the balloon paper: a wall of triangles with thickness encloses gas and moves; it heats, burns, is cut
+/// and cracks where something heats or strains it (balloon_burns).
+std::unique_ptr<Chain> make_wall_chain(const Options& options);
 /// The chain that options ask for, which must outlive it. Not collective.
-std::unique_ptr<Chain> make_chain(const Options& options);
+inline std::unique_ptr<Chain> make_chain(const Options& options) {
+  return options.chain == ChainKind::inflate ? make_wall_chain(options) : make_sheet_chain(options);
+}
 
 }  // namespace world
 }  // namespace pellicle

@@ -10,11 +10,10 @@
 #include "ablation/drawn_shares.h"
 #include "elastic/sheet_springs.h"
 #include "equilibrium/time_scheme.h"
+#include "io/console.h"
 #include "parallel/collective.h"
 #include "surface/one_layer.h"
-#include "world/projected_motion.h"
 #include "world/records.h"
-#include "world/spring_motion.h"
 
 namespace pellicle {
 inline namespace world {
@@ -485,11 +484,11 @@ std::unique_ptr<SheetMotion> make_sheet_motion(const Sheet& sheet, const Options
                                                StageClock& clock, Textures& textures, GasStage* gas) {
   switch (options.dynamics) {
     case Dynamics::elastic:
-      return std::make_unique<ElasticMotion>(sheet, options, state, clock, textures, gas);
+      return make_elastic_motion(sheet, options, state, clock, textures, gas);
     case Dynamics::spring:
-      return std::make_unique<SpringMotion>(sheet, options, state, clock, gas);
+      return make_spring_motion(sheet, options, state, clock, gas);
     default:
-      return std::make_unique<ProjectedMotion>(sheet, options, state, clock, textures, gas);
+      return make_projected_motion(sheet, options, state, clock, textures, gas);
   }
 }
 

@@ -17,6 +17,7 @@
 #include "world/options.h"
 #include "world/stage.h"
 #include "world/state.h"
+#include "world/textures.h"
 
 namespace pellicle {
 inline namespace world {
@@ -157,7 +158,19 @@ class StrainStage : public Stage {
   const SheetMotion& motion_;
 };
 
-/// Makes the motion that `dynamics` asks for. Collective. @throws Error on textures and other input
+// The motions of sheets. All must outlive them. Collective. @throws Error on textures and other input
+
+/// A sheet that is projected (burning paper, section 7.1): it moves by itself, out of bodies and pushed by its gas. One
+/// that touches itself or others is projected first, and the balance moves it as masses from there.
+std::unique_ptr<SheetMotion> make_projected_motion(const Sheet& sheet, const Options& options, State& state,
+                                                   StageClock& clock, Textures& textures, GasStage* gas);
+/// A sheet of Hooke springs.
+std::unique_ptr<SheetMotion> make_spring_motion(const Sheet& sheet, const Options& options, State& state,
+                                                StageClock& clock, GasStage* gas);
+/// A sheet as a material (ElasticSheet).
+std::unique_ptr<SheetMotion> make_elastic_motion(const Sheet& sheet, const Options& options, State& state,
+                                                 StageClock& clock, Textures& textures, GasStage* gas);
+/// The motion that `dynamics` asks for.
 std::unique_ptr<SheetMotion> make_sheet_motion(const Sheet& sheet, const Options& options, State& state,
                                                StageClock& clock, Textures& textures, GasStage* gas);
 

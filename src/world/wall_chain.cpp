@@ -1,12 +1,14 @@
-#include "world/wall_chain.h"
-
+#include <memory>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "constraints/point_loads.h"
 #include "state/mesh_tables.h"
 #include "surface/compaction.h"
 #include "surface/membrane.h"
 #include "surface/membrane_geometry.h"
+#include "world/chain.h"
 #include "world/fire_stages.h"
 #include "world/load_mesh.h"
 #include "world/wall_motion.h"
@@ -32,6 +34,31 @@ std::shared_ptr<const Surface> burnable(Membrane membrane, const Options& option
   }
   return made;
 }
+
+/// The chain of the balloon paper: a wall of triangles with thickness encloses gas and moves; it heats, burns, is cut
+/// and cracks where something heats or strains it (balloon_burns).
+class WallChain : public Chain {
+ public:
+  explicit WallChain(const Options& options) : options_(options) {}
+
+  std::vector<std::string> clock_names() const override;
+  std::string renumbering() const override { return "ablation"; }
+  std::string words_of_end() const override { return "the wall has burnt away"; }
+  std::vector<std::string> lines(const Surface& surface) const override;
+  std::shared_ptr<const Surface> make_surface(MPI_Comm comm, MeshRows rows) const override;
+  std::string group() const override { return "balloon"; }
+  std::shared_ptr<const Surface> read_surface(const Hdf5File& checkpoint, const std::string& group) const override;
+  void write_surface(Hdf5File& checkpoint, const std::string& group, const Surface& surface) const override;
+  std::vector<PetscInt> element_ids(const Surface& surface) const override;
+  MovedSurface split(const Surface& surface, const SplitCorners& corners, const Records& particles,
+                     const Records& copies, const Records& elements) const override;
+  std::unique_ptr<State> make_state(const Surface& surface, int chambers) const override;
+  std::unique_ptr<State> initial_state(const Surface& surface) const override;
+  Stages make_stages(const Surface& surface, State& state, StageClock& clock, Textures& textures) const override;
+
+ private:
+  const Options& options_;
+};
 
 }  // namespace
 
@@ -130,6 +157,8 @@ Stages WallChain::make_stages(const Surface& surface, State& state, StageClock& 
   }
   return stages;
 }
+
+std::unique_ptr<Chain> make_wall_chain(const Options& options) { return std::make_unique<WallChain>(options); }
 
 }  // namespace world
 }  // namespace pellicle

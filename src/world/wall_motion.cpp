@@ -385,6 +385,9 @@ void WallMotion::report(Report& report, const Step& step) const {
   }
   sums = sum_over_ranks(membrane_.comm(), sums);
   maxima = max_over_ranks(membrane_.comm(), maxima);
+  if (maxima[0] < 0) {  // Nothing is left.
+    maxima.fill(0);
+  }
   report.add("rubber_volume_ratio", "", sums[rubber] / rubber_volume_);
   report.add("thickness_min", "m", -maxima[1]);
   report.add("thickness_max", "m", maxima[0]);

@@ -141,7 +141,7 @@ def main():
     check(run(program, "-version").startswith(f"pellicle {version} "), "the program is of another version")
     check(f"\n## {version} " in (SOURCE / "docs/CHANGELOG.md").read_text(encoding="utf-8"), f"no changes of {version}")
     for name in ("usr/share/doc/pellicle/copyright", "usr/share/doc/pellicle/changelog.gz",
-                 "usr/include/pellicle/world/burn.h", "usr/lib/cmake/pellicle/pellicleConfig.cmake"):
+                 "usr/include/pellicle/world/world.h", "usr/lib/cmake/pellicle/pellicleConfig.cmake"):
         check((ROOT / name).is_file(), f"{name} is not installed")
     changes = WORK / "changelog"
     changes.write_bytes(gzip.decompress((SHARE / "doc/pellicle/changelog.gz").read_bytes()))

@@ -237,10 +237,11 @@ output: {name: cold}
 
 TEST_F(BurningBalloonsTest, WhatDoesNotActOnABalloonIsRefused) {
   const std::string deck = write("ball.yaml", ball_deck);
-  const std::map<std::string, Arguments> bad{{"chain: burn", {"-combustion_lattice_factor", "2"}},
-                                             {"combustion_corner_factor", {"-combustion_corner_factor", "2"}},
-                                             {"ablation_compact_fraction", {"-ablation_compact_fraction", "0.5"}},
-                                             {"global keeps the volume", {"-prism_thickness", "global"}}};
+  const std::map<std::string, Arguments> bad{
+      {"chain: burn", {"-combustion_lattice_factor", "2"}},
+      {"combustion_corner_factor", {"-combustion_corner_factor", "2"}},
+      {"ablation_compact_fraction", {"-ablation_compact_fraction", "0.5"}},
+      {"prism.thickness: global, the volume of the whole wall", {"-prism_thickness", "global"}}};
   for (const auto& [words, arguments] : bad) {
     const CommandResult result = refuse(Arguments{deck} + arguments);
     EXPECT_NE(result.errors.find(words), std::string::npos) << result;

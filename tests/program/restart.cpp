@@ -9,6 +9,7 @@
 #include "tests/support/background.h"
 #include "tests/support/balloon_scene.h"
 #include "tests/support/burning_scene.h"
+#include "tests/support/csv.h"
 #include "tests/support/frames.h"
 #include "tests/support/paraview.h"
 #include "tests/support/run_checks.h"
@@ -173,6 +174,24 @@ TEST_F(RestartTest, ABalloonOnTheSameRanksAndOnOthers) {
     const CommandResult same = compare({"whole", "other", "--tolerance", "1e-6"});
     EXPECT_EQ(same.exit_code, 0) << same;
   }
+}
+
+TEST_F(RestartTest, CheckpointsDoNotChangeTheStepsOfARun) {
+  const auto expect_same_steps = [this](const Arguments& scene) {
+    for (const int ranks : {1, 2}) {
+      succeed(ranks, scene + Arguments{"-output_directory", "often", "-checkpoint_interval_steps", "1"});
+      succeed(ranks, scene + Arguments{"-output_directory", "once", "-checkpoint_interval_steps", "1000"});
+      EXPECT_EQ(checkpoints_of(at("once")).size(), 1U) << "at the end";
+      const auto often = read_csv(at("often/history.csv"));
+      for (const auto& [column, values] : read_csv(at("once/history.csv"))) {
+        EXPECT_TRUE(column.rfind("seconds_", 0) == 0 || often.at(column) == values)
+            << column << ", " << ranks << " ranks";
+      }
+    }
+  };
+  expect_same_steps(sheet());
+  expect_same_steps(balloon());
+  expect_same_steps({deck_path("curtain"), "-output_name", "scene", "-time_max_steps", "6"});
 }
 
 // Its steps go on from accelerations, too, which the checkpoint must have.

@@ -151,7 +151,7 @@ TEST_P(TogetherByDynamics, ASheetStaysAboveItsBody) {
   Options& sheet = objects.emplace_back("sheet").options;
   sheet.dynamics = GetParam();
   make_touching(sheet, folder / "out");
-  sheet.bodies["floor"].shape = BodyShape::plane;
+  sheet.bodies["floor"].shape = "plane";
   Options& balloon = objects.emplace_back("balloon").options;
   make_balloon(balloon);
   make_touching(balloon, folder / "out");
@@ -206,7 +206,7 @@ TEST_P(TogetherByDynamics, TheFloorBearsTheWeightOfAll) {
   for (const char* name : {"lower", "upper"}) {
     Options& options = objects.emplace_back(name).options;
     make_touching(options, folder / "out");
-    options.bodies["floor"].shape = BodyShape::plane;
+    options.bodies["floor"].shape = "plane";
     options.force.gravity = {0, 0, -g};
     options.force.damping = 5;
     options.sheet.thickness = 5e-3;
@@ -417,7 +417,7 @@ TEST(Together, AStartInsideABodyIsNamed) {
     Options& balloon = objects.emplace_back("balloon").options;
     make_balloon(balloon);
     make_touching(balloon, folder / (alone ? "alone" : "two"));
-    balloon.bodies["rod"].shape = BodyShape::cylinder;  // through both of its sides
+    balloon.bodies["rod"].shape = "cylinder";  // through both of its sides
     balloon.bodies["rod"].axis = {1, 0, 0};
     balloon.bodies["rod"].radius = 0.01;
     std::vector<SurfaceMesh> meshes{ball_at({0, 0, 0})};
