@@ -19,8 +19,8 @@ struct PinOptions : SelectionOptions {
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< [m/s]
   Rows path;                                           ///< time [s], displacement [m]
   bool clamped = false;  ///< whether the sheet's direction at its edge is constrained, too
-  /// Of a program: displacement [m] at a time [s], in place of path and velocity; empty: these count. Attachments
-  /// ignore it.
+  /// Displacement [m] at a time [s] that a program prescribes in place of path and velocity; empty: these count.
+  /// Attachments ignore it.
   std::function<Eigen::Vector3d(double time)> motion;
 
   /// Whether pinned particles are led away from their undeformed places.

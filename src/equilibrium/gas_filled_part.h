@@ -10,8 +10,8 @@
 namespace pellicle {
 inline namespace equilibrium {
 
-/// What the pressures of gas add to the second derivative by the positions of a surface's triangles while they stay the
-/// same: a potential without value and gradient, which stand beside it (StepGas). Nothing here communicates.
+/// The stiffness of constant pressures on a surface's triangles: a potential that has only a second derivative by the
+/// positions; its value and gradient are those of StepGas. Nothing here communicates.
 class PressureStiffness : public Potential {
  public:
   /// The chambers must outlive it.
@@ -53,7 +53,7 @@ class GasFilledPart : public StepPart, public GasFilled {
   Eigen::Matrix3Xd forces_at(double time);
   /// Pressures across the walls where the part is [Pa]. Collective.
   Eigen::VectorXd pressures();
-  /// Of the gas on the owned vertices where the part is (3 x owned) [N]. Collective.
+  /// Forces of the gas on the owned vertices at the part's positions (3 x owned) [N]. Collective.
   Eigen::Matrix3Xd pressure_forces() { return -gas_->gradient(number_); }
   GasExchange end_gas(const Field& end) override { return gas_->end_step(number_, end, time_, h_); }
 

@@ -31,10 +31,10 @@ class Motion {
   /// @param is_done set to false if the balance has to be found once more
   virtual StageResult move(bool& /*is_done*/) { return {}; }
 
-  /// In words, a fault of the step's start because of which a balance may not be found; empty: there is none.
+  /// Describes a fault of the step's start because of which a balance may not be found; empty: there is none.
   virtual std::string start_fault() const = 0;
 
-  /// In words, which limit on the object is passed where Newton's method has given up; empty: none.
+  /// Names the limit on the object that is passed where Newton's method has given up; empty: none.
   virtual std::string passed_limit() const { return ""; }
 
   // How its drawn surface touches others. Not collective.

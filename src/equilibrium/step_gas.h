@@ -27,31 +27,33 @@ class StepGas {
  public:
   /// All must outlive it; positions are those that the parts go through.
   struct Part {
-    std::string object;  ///< its name, by which links of others know it
+    std::string object;  ///< name by which links of other objects know the part
     const Chambers* chambers = nullptr;
     const GasStep* gas_step = nullptr;  ///< data of its gas, which may change between calls
-    const Field* start = nullptr;       ///< x^n
-    const Field* position = nullptr;    ///< x
+    const Field* start = nullptr;       ///< positions x^n at the start of the step [m]
+    const Field* position = nullptr;    ///< positions x of the iteration [m]
     GasTangent tangent = GasTangent::exact;
     double force_scale = 0;  ///< StepPart::force_scale [N]
-    /// Where it is at the end of the step, which forces in balance before that lead to; empty: where they are.
+    /// Writes the positions at the end of the step, if forces are in balance at an earlier time; empty: the positions
+    /// of the balance are those at the end.
     std::function<void(Field&)> write_end = {};
-    /// It is not brought into balance: pressures push it, as far as its response says (`set_response`).
+    /// Whether the part is not brought into balance but pushed by the pressures, by its response (`set_response`).
     bool is_pushed = false;
   };
 
   /// @throws Error see FlowingGas
   explicit StepGas(const std::vector<Part>& parts);
 
-  /// The gas steps of all parts have begun. @param time at which forces are in balance [s]
+  /// Begins the step; the gas steps of all parts must have begun. @param time at which forces are in balance [s]
   void begin_step(double time);
-  /// The loads' time has changed.
+  /// Changes the time of the loads [s].
   void set_time(double time);
-  /// How the pressures across the walls of a part that is pushed move them in this step.
+  /// Sets how the pressures across the walls of a part that is pushed move them in this step.
   void set_response(std::size_t part, FlowingGas::Response response);
-  /// W of a part with its pressures, of one that is pushed by its response [m^3]. Collective.
+  /// The volumes W of the chambers of a part with its pressures [m^3]; those of a part that is pushed follow from its
+  /// response. Collective.
   const Eigen::VectorXd& walls(std::size_t part);
-  /// A part has gone to another place.
+  /// Must be called when the positions of a part have changed.
   void move() {
     is_evaluated_ = false;
     has_work_ = false;
@@ -59,13 +61,13 @@ class StepGas {
 
   std::size_t parts() const { return parts_.size(); }
 
-  // Of a part, where it is. Collective.
+  // Quantities of one part at its positions. Collective.
 
-  /// Of its chambers; of prescribed volumes the pressure is the multiplier.
+  /// States of its chambers; the pressure of a chamber of prescribed volume is its multiplier.
   const std::vector<GasState>& states(std::size_t part);
-  /// By the owned vertices (3 x owned) [N].
+  /// Gradient of the potential by the owned vertices (3 x owned) [N].
   Eigen::Matrix3Xd gradient(std::size_t part);
-  /// The potential, of all ranks [J].
+  /// The potential, summed over the ranks [J].
   double value(std::size_t part);
   /// Before the second derivative is asked for. @returns it, a column a chamber, without projectors. Of several parts
   /// those of joined chambers have no stiffness yet, see `join`
@@ -78,10 +80,10 @@ class StepGas {
   void join(LowRank& all, const std::vector<Eigen::Index>& first, double left);
   /// Pressures on the triangles of its surface, whose load stiffness counts [Pa]; empty: none does.
   std::vector<double> load_pressure(std::size_t part);
-  /// What rounding may leave of the last gradient [N].
+  /// Bound on the rounding error of the last gradient [N].
   double rounding(std::size_t part) const { return parts_[part].rounding; }
 
-  /// What has come into its chambers at the end of the step.
+  /// Ends the step. @returns mass and heat that its chambers have exchanged
   /// @param end positions then @param time then [s] @param h length of the whole step [s]
   GasExchange end_step(std::size_t part, const Field& end, double time, double h);
 
@@ -139,11 +141,11 @@ class GasFilled {
  public:
   virtual ~GasFilled() = default;
 
-  /// Its own, without a name.
+  /// The gas of the part, without the name of its object.
   virtual StepGas::Part gas_part() const = 0;
-  /// From here on its gas is this part's of a gas that it shares with others.
+  /// Replaces the gas of the part by its share of a gas that several parts have in common.
   virtual void share_gas(std::shared_ptr<StepGas> gas, std::size_t part) = 0;
-  /// What has come into its chambers at the end of the step in progress, at positions `end`. Collective.
+  /// Ends the step in progress at positions `end`. Collective. @returns mass and heat that its chambers have exchanged
   virtual GasExchange end_gas(const Field& end) = 0;
 };
 

@@ -19,7 +19,7 @@
 namespace pellicle {
 inline namespace geometry {
 
-/// What a deck may say of a shape: numbers of ShapeNumbers, the axis along which its z axis lies, or a plane's point
+/// Options of a shape in a deck: numbers of ShapeNumbers, the axis along which its z axis lies, or a plane's point
 /// and normal.
 enum class ShapeOption { radius, length, tube_radius, size, axis, plane };
 

@@ -10,6 +10,51 @@
 namespace pellicle {
 inline namespace heat {
 
+namespace {
+
+double fraction_of_ball(const HeatSource& source, const Eigen::Vector3d& offset, double /*texture*/, double h) {
+  const double squared = offset.squaredNorm() / (source.radius * source.radius);
+  return squared < 1 ? -std::expm1(-source.rate * h) * (1 - squared) * (1 - squared) : 0;
+}
+
+double fraction_of_texture(const HeatSource& source, const Eigen::Vector3d& /*offset*/, double texture, double h) {
+  return -std::expm1(-source.rate * texture * h);
+}
+
+/// Where a source has a shape of those that `is_one` chooses.
+Condition of_shapes(const HeatSource& source, bool (*is_one)(const HeatSourceShape& shape)) {
+  std::vector<SourceShape> shapes;
+  for (std::size_t number = 0; number < heat_source_shapes().size(); ++number) {
+    if (is_one(heat_source_shapes()[number])) {
+      shapes.push_back(static_cast<SourceShape>(number));
+    }
+  }
+  return one_of("shape", source.shape, shapes);
+}
+
+}  // namespace
+
+const std::vector<HeatSourceShape>& heat_source_shapes() {
+  static const std::vector<HeatSourceShape> shapes{{"ball", true, false, fraction_of_ball},
+                                                   {"texture", false, true, fraction_of_texture}};
+  return shapes;
+}
+
+const std::vector<std::string>& names_of(SourceShape) {
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> all;
+    for (const HeatSourceShape& shape : heat_source_shapes()) {
+      all.push_back(shape.name);
+    }
+    return all;
+  }();
+  return names;
+}
+
+const HeatSourceShape& shape_of(const HeatSource& source) {
+  return heat_source_shapes()[static_cast<std::size_t>(static_cast<SourceShape>(source.shape))];
+}
+
 bool HeatSource::active(double time) const { return time >= start_time && (!end_time || time < *end_time); }
 
 Eigen::Vector3d HeatSource::centre_at(double time) const {
@@ -31,7 +76,7 @@ void describe(OptionTable& table, HeatSource& source) {
       .source("docs/theory.md: parameters");
   table.add("start_time", source.start_time).unit("s").help("when the source begins to heat");
   table.add("end_time", source.end_time).unit("s").help("when the source stops heating; never unless given");
-  const Condition ball = one_of("shape", source.shape, {SourceShape::ball});
+  const Condition ball = of_shapes(source, [](const HeatSourceShape& shape) { return shape.has_centre; });
   const Condition without_path{"no path", [&source] { return source.path.empty(); }};
   table.add("radius", source.radius)
       .unit("m")
@@ -54,14 +99,14 @@ void describe(OptionTable& table, HeatSource& source) {
           "before and after them");
   table.add("file", source.file)
       .file()
-      .acts_with(one_of("shape", source.shape, {SourceShape::texture}))
+      .acts_with(of_shapes(source, [](const HeatSourceShape& shape) { return shape.has_image; }))
       .help("image of a texture: white takes the whole rate, black none");
 }
 
 void validate(const std::string& name, const HeatSource& source) {
   const std::string key = "heat.sources." + name;
-  if (source.shape == SourceShape::texture && source.file.empty()) {
-    throw Error(key + ".file: a source of shape texture needs an image");
+  if (shape_of(source).has_image && source.file.empty()) {
+    throw Error(key + ".file: a source of shape " + shape_of(source).name + " needs an image");
   }
   if (source.end_time && !(*source.end_time > source.start_time)) {
     throw Error(key + ".end_time: " + number_text(*source.end_time) + " s, expected later than start_time, " +
@@ -78,21 +123,15 @@ double apply_heat_source(Field& temperature, const HeatSource& source, const Hea
     return 0;
   }
   const Layout& particles = input.surface.particles;
-  const bool ball = source.shape == SourceShape::ball;
+  const HeatSourceShape& shape = shape_of(source);
   const Eigen::Vector3d centre = source.centre_at(input.time);
-  const double ball_share = -std::expm1(-source.rate * input.time_step);
   double heat = 0;
   for (PetscInt i = 0; i < particles.local(); ++i) {
     if (input.mass.data()[i] == 0) {
       continue;
     }
-    double fraction = 0;
-    if (ball) {
-      const double squared = (input.positions.vector(i) - centre).squaredNorm() / (source.radius * source.radius);
-      fraction = squared < 1 ? ball_share * (1 - squared) * (1 - squared) : 0;
-    } else {
-      fraction = -std::expm1(-source.rate * input.texture[i] * input.time_step);
-    }
+    const double texture = shape.has_image ? input.texture[i] : 0;
+    const double fraction = shape.fraction(source, input.positions.vector(i) - centre, texture, input.time_step);
     double& value = temperature.data()[i];
     const double before = value;
     value += fraction * std::max(source.temperature - value, 0.0);

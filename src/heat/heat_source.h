@@ -12,15 +12,12 @@
 namespace pellicle {
 inline namespace heat {
 
-enum class SourceShape { ball, texture };
-inline const std::vector<std::string>& names_of(SourceShape) {
-  static const std::vector<std::string> names{"ball", "texture"};
-  return names;
-}
+enum class SourceShape : int {};  ///< number of a shape among heat_source_shapes()
+const std::vector<std::string>& names_of(SourceShape);
 
 /// One external heat source: a moving hot ball or a heat texture (burning paper, section 5).
 struct HeatSource {
-  Choice<SourceShape> shape = SourceShape::ball;
+  Choice<SourceShape> shape = SourceShape{};
   double temperature = 1000;                           ///< [K]
   double rate = 20;                                    ///< of the exchange [1/s]
   double start_time = 0;                               ///< [s]
@@ -37,28 +34,41 @@ struct HeatSource {
   Eigen::Vector3d centre_at(double time) const;
 };
 
+/// A shape of heat sources: what decks, checks, the exchange and pictures know of it.
+struct HeatSourceShape {
+  std::string name;  ///< in decks
+  bool has_centre;   ///< whether radius, centre, velocity and path matter; the source is then drawn as a sphere
+  bool has_image;    ///< whether it needs an image
+  /// The fraction of its temperature above that of a particle which the particle takes on in a time h [s], 0 to 1.
+  /// @param offset of the particle from the centre [m] @param texture value of the image at the particle, 0 to 1
+  double (*fraction)(const HeatSource& source, const Eigen::Vector3d& offset, double texture, double h);
+};
+/// All shapes.
+const std::vector<HeatSourceShape>& heat_source_shapes();
+const HeatSourceShape& shape_of(const HeatSource& source);
+
 /// Declares the options of one source.
 void describe(OptionTable& table, HeatSource& source);
 
-/// Checks the options of a source. @throws Error that names the source, if it is a texture without a file, or has a
-/// path whose times do not increase
+/// Checks the options of a source. @throws Error that names the source, if it has a shape that needs an
+/// image and no file, or a path whose times do not increase
 void validate(const std::string& name, const HeatSource& source);
 
 /// Data of a step for heat sources, with ghosts up to date.
 struct HeatSourceInput {
   const Surface& surface;
-  const Field& positions;              ///< at the start of the step [m]
-  const Field& mass;                   ///< [kg]
-  const std::vector<double>& texture;  ///< sampled value in [0, 1] at each local particle; used by shape texture only
-  double time = 0;                     ///< start of the step [s]
-  double time_step = 0;                ///< h [s]
-  double capacity = 0;                 ///< c [J/(kg K)]
+  const Field& positions;  ///< at the start of the step [m]
+  const Field& mass;       ///< [kg]
+  const std::vector<double>&
+      texture;           ///< sampled value in [0, 1] at each local particle; used by shapes with an image only
+  double time = 0;       ///< start of the step [s]
+  double time_step = 0;  ///< h [s]
+  double capacity = 0;   ///< c [J/(kg K)]
 };
 
-/// One step of exchange with an active source, T^ext of eq. 1. A ball: T += (1 - exp(-rate h)) (1 - (r/R)^2)^2
-/// max(T_source - T, 0) at distance r < R of its centre at the start of the step; a texture with value f: T += (1 -
-/// exp(-rate f h)) max(T_source - T, 0). Particles of mass 0 have been removed. Not collective: ghosts are heated
-/// alike.
+/// One step of exchange with an active source, T^ext of eq. 1: T += f max(T_source - T, 0). The fraction f of a ball is
+/// (1 - exp(-rate h)) (1 - (r/R)^2)^2 at distance r < R of its centre at the start of the step; that of a texture with
+/// value v is 1 - exp(-rate v h). Particles of mass 0 have been removed. Not collective: ghosts are heated alike.
 /// @returns the heat added to the owned particles [J].
 double apply_heat_source(Field& temperature, const HeatSource& source, const HeatSourceInput& input);
 

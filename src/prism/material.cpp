@@ -1,6 +1,7 @@
 #include "prism/material.h"
 
 #include <cmath>
+#include <stdexcept>
 
 namespace pellicle {
 inline namespace prism {
@@ -112,70 +113,110 @@ void add_ogden(const Material& material, double t, double d, double c, EnergyDen
   }
 }
 
+double sum_of_halves(const std::vector<double>& numbers) {
+  double sum = 0;
+  for (const double number : numbers) {
+    sum += number / 2;
+  }
+  return sum;
+}
+
+SmallStrainModuli moduli_of_lame(const Material& material) { return {material.mu, material.lambda}; }
+
+constexpr int volumetric_flops = 23;
+
 }  // namespace
 
-SmallStrainModuli small_strain_moduli(const Material& material) {
-  switch (material.law) {
-    case Material::Law::mooney_rivlin:
-      return {2 * (material.c1 + material.c2), material.lambda + 4 * material.c2};
-    case Material::Law::ogden: {
-      double shear = 0;
-      for (std::size_t k = 0; k < material.ogden_mu.size(); ++k) {
-        shear += material.ogden_mu[k] * material.ogden_alpha[k] / 2;
-      }
-      return {shear, material.lambda};
-    }
-    default:
-      return {material.mu, material.lambda};
-  }
+const std::vector<MaterialLaw>& material_laws() {
+  // In the order in which messages name them.
+  static const std::vector<MaterialLaw> laws{
+      {"st_venant_kirchhoff",
+       {MaterialConstant::mu},
+       true,
+       "",
+       moduli_of_lame,
+       [](const Material& m, double t, double d, double c, EnergyDensity& psi) {
+         add_st_venant_kirchhoff(m.mu, m.lambda, t, d, c, psi);
+       },
+       [](const Material&) { return 36; }},
+      {"neo_hookean",
+       {MaterialConstant::mu},
+       false,
+       "",
+       moduli_of_lame,
+       [](const Material& m, double t, double d, double c, EnergyDensity& psi) {
+         add_neo_hookean(m.mu, t, c, psi);
+         add_volumetric(m.mu / 2, m.lambda, d, c, psi);
+       },
+       [](const Material&) { return 8 + volumetric_flops; }},
+      {"mooney_rivlin",
+       {MaterialConstant::c1, MaterialConstant::c2},
+       false,
+       "2 c1 + 2 c2",
+       [](const Material& m) {
+         return SmallStrainModuli{2 * (m.c1 + m.c2), m.lambda + 4 * m.c2};
+       },
+       [](const Material& m, double t, double d, double c, EnergyDensity& psi) {
+         add_mooney_rivlin(m.c1, m.c2, t, d, c, psi);
+         add_volumetric(m.c1 + 2 * m.c2, m.lambda, d, c, psi);
+       },
+       [](const Material&) { return 19 + volumetric_flops; }},
+      {"ogden",
+       {MaterialConstant::ogden},
+       false,
+       "half the sum of mu alpha",
+       [](const Material& m) {
+         double shear = 0;
+         for (std::size_t k = 0; k < m.ogden_mu.size(); ++k) {
+           shear += m.ogden_mu[k] * m.ogden_alpha[k] / 2;
+         }
+         return SmallStrainModuli{shear, m.lambda};
+       },
+       [](const Material& m, double t, double d, double c, EnergyDensity& psi) {
+         add_ogden(m, t, d, c, psi);
+         add_volumetric(sum_of_halves(m.ogden_mu), m.lambda, d, c, psi);
+       },
+       [](const Material& m) {  // in closed form, and 2 a term for the sum of the moduli
+         return 13 + (91 + 2) * static_cast<int>(m.ogden_alpha.size()) + volumetric_flops;
+       }}};
+  return laws;
 }
+
+const std::vector<std::string>& names_of(Material::Law) {
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> all;
+    for (const MaterialLaw& law : material_laws()) {
+      all.push_back(law.name);
+    }
+    return all;
+  }();
+  return names;
+}
+
+Material::Law Material::law_named(const std::string& name) {
+  const std::vector<MaterialLaw>& laws = material_laws();
+  const auto found =
+      std::find_if(laws.begin(), laws.end(), [&name](const MaterialLaw& law) { return law.name == name; });
+  if (found == laws.end()) {
+    throw std::logic_error("no law of the name " + name);
+  }
+  return static_cast<Law>(found - laws.begin());
+}
+
+SmallStrainModuli small_strain_moduli(const Material& material) { return law_of(material).moduli(material); }
 
 double poisson_ratio(const SmallStrainModuli& moduli) { return moduli.lambda / (2 * (moduli.lambda + moduli.shear)); }
 
 EnergyDensity energy_density(const Material& material, double t, double d, double c) {
   EnergyDensity psi;
-  switch (material.law) {
-    case Material::Law::st_venant_kirchhoff:
-      add_st_venant_kirchhoff(material.mu, material.lambda, t, d, c, psi);
-      break;
-    case Material::Law::neo_hookean:
-      add_neo_hookean(material.mu, t, c, psi);
-      add_volumetric(material.mu / 2, material.lambda, d, c, psi);
-      break;
-    case Material::Law::mooney_rivlin:
-      add_mooney_rivlin(material.c1, material.c2, t, d, c, psi);
-      add_volumetric(material.c1 + 2 * material.c2, material.lambda, d, c, psi);
-      break;
-    case Material::Law::ogden: {
-      add_ogden(material, t, d, c, psi);
-      double sum = 0;
-      for (const double mu : material.ogden_mu) {
-        sum += mu / 2;
-      }
-      add_volumetric(sum, material.lambda, d, c, psi);
-      break;
-    }
-  }
+  law_of(material).add_energy(material, t, d, c, psi);
   psi.hessian[1][0] = psi.hessian[0][1];
   psi.hessian[2][0] = psi.hessian[0][2];
   psi.hessian[2][1] = psi.hessian[1][2];
   return psi;
 }
 
-int energy_density_flops(const Material& material) {
-  constexpr int volumetric = 23;
-  switch (material.law) {
-    case Material::Law::st_venant_kirchhoff:
-      return 36;
-    case Material::Law::neo_hookean:
-      return 8 + volumetric;
-    case Material::Law::mooney_rivlin:
-      return 19 + volumetric;
-    case Material::Law::ogden:  // in closed form, and 2 a term for the sum of the moduli
-      return 13 + (91 + 2) * static_cast<int>(material.ogden_alpha.size()) + volumetric;
-  }
-  return 0;
-}
+int energy_density_flops(const Material& material) { return law_of(material).flops(material); }
 
 }  // namespace prism
 }  // namespace pellicle

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -15,10 +16,13 @@ inline namespace prism {
 /// - Mooney-Rivlin: c1 (I1 - 3) + c2 (I2 - 3) - (c1 + 2 c2) ln J^2 + lambda/8 (ln J^2)^2
 /// - Ogden: sum_k mu_k/alpha_k (l1^alpha_k + l2^alpha_k + l3^alpha_k - 3 - alpha_k ln J) + lambda/8 (ln J^2)^2, l_i the
 ///   principal stretches
-/// Where the element keeps its volume, J = 1 and the terms in ln J vanish.
+/// In an element that keeps its volume J = 1, and the terms in ln J vanish.
 struct Material {
-  enum class Law { st_venant_kirchhoff, neo_hookean, mooney_rivlin, ogden };
-  Law law = Law::neo_hookean;
+  enum class Law : int {};  ///< number of a law among material_laws()
+  /// @throws std::logic_error if there is no law of this name
+  static Law law_named(const std::string& name);
+
+  Law law = law_named("neo_hookean");
   double mu = 4e5;                  ///< shear modulus: St. Venant-Kirchhoff, neo-Hookean [Pa]
   double lambda = 0;                ///< Lame's first parameter, all laws [Pa]
   double c1 = 0;                    ///< Mooney-Rivlin [Pa]
@@ -29,10 +33,7 @@ struct Material {
   double tension = 0;               ///< if the wall wrinkles: its undeformed stress in metric_energy [Pa]
 };
 
-inline const std::vector<std::string>& names_of(Material::Law) {
-  static const std::vector<std::string> names{"st_venant_kirchhoff", "neo_hookean", "mooney_rivlin", "ogden"};
-  return names;
-}
+const std::vector<std::string>& names_of(Material::Law);
 
 /// The moduli of a material at small strain.
 struct SmallStrainModuli {
@@ -40,6 +41,30 @@ struct SmallStrainModuli {
   double lambda = 0;  ///< Lame's first parameter [Pa]
 };
 SmallStrainModuli small_strain_moduli(const Material& material);
+
+/// The constants that a law may have beside lambda, which all have.
+enum class MaterialConstant { mu, c1, c2, ogden };
+
+/// A law of hyperelastic materials: what decks, checks, elements and the log know of it.
+struct MaterialLaw {
+  std::string name;  ///< in decks
+  std::vector<MaterialConstant> constants;
+  bool needs_lambda;        ///< whether lambda matters, too, where the element keeps its volume
+  std::string shear_words;  ///< how its shear modulus follows from its constants, for a message; empty: it is mu
+  SmallStrainModuli (*moduli)(const Material& material);
+  /// Adds psi and the upper half of its second derivative.
+  void (*add_energy)(const Material& material, double t, double d, double c, struct EnergyDensity& psi);
+  int (*flops)(const Material& material);  ///< of add_energy
+
+  bool has(MaterialConstant constant) const {
+    return std::find(constants.begin(), constants.end(), constant) != constants.end();
+  }
+};
+/// All laws.
+const std::vector<MaterialLaw>& material_laws();
+inline const MaterialLaw& law_of(const Material& material) {
+  return material_laws()[static_cast<std::size_t>(material.law)];
+}
 
 /// nu = lambda / (2 (lambda + mu)).
 double poisson_ratio(const SmallStrainModuli& moduli);

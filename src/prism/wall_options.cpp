@@ -15,13 +15,21 @@ struct LawConditions {
   std::function<bool(Material::Law law)> is_used;
   bool is_region;
 
-  Condition of(const std::vector<Material::Law>& laws) const {
-    const std::string key = is_region ? "material" : "wall.material";
-    std::string words = key + ":";
-    for (const Material::Law law : laws) {
-      words += (law == laws.front() ? " " : ", ") + Choice<Material::Law>(law).name();
+  /// Where a law of those that `is_one` chooses is used.
+  Condition of(const std::function<bool(const MaterialLaw& law)>& is_one) const {
+    std::string words = is_region ? "material:" : "wall.material:";
+    std::vector<Material::Law> laws;
+    for (std::size_t number = 0; number < material_laws().size(); ++number) {
+      if (is_one(material_laws()[number])) {
+        words += (laws.empty() ? " " : ", ") + material_laws()[number].name;
+        laws.push_back(static_cast<Material::Law>(number));
+      }
     }
     return {words, [used = is_used, laws] { return std::any_of(laws.begin(), laws.end(), used); }};
+  }
+  /// Where a law with a constant is used.
+  Condition with(MaterialConstant constant) const {
+    return of([constant](const MaterialLaw& law) { return law.has(constant); });
   }
 };
 
@@ -31,7 +39,8 @@ template <class Law, class Number>
 void describe_material(OptionTable& table, const std::string& prefix, MaterialOptions<Law, Number>& material,
                        const LawConditions& laws, const std::function<bool()>& keeps_volume) {
   constexpr double stiffest = 1e13;  // [Pa], more than that of diamond
-  const Condition has_shear_modulus = laws.of({Material::Law::st_venant_kirchhoff, Material::Law::neo_hookean});
+  const Condition has_shear_modulus = laws.with(MaterialConstant::mu);
+  const Condition needs_lambda = laws.of([](const MaterialLaw& law) { return law.needs_lambda; });
   const Condition without_young{"no " + prefix + "young_modulus",
                                 [&material] { return !material.young_modulus.has_value(); }};
   table.add(prefix + "material", material.law)
@@ -48,9 +57,8 @@ void describe_material(OptionTable& table, const std::string& prefix, MaterialOp
   table.add(prefix + "lambda", material.lambda)
       .unit("Pa")
       .acts_with(without_young)
-      .acts_with(
-          {laws.of({Material::Law::st_venant_kirchhoff}).words + ", or prism.thickness: global, plane_stress, fixed",
-           [used = laws.is_used, keeps_volume] { return used(Material::Law::st_venant_kirchhoff) || !keeps_volume(); }})
+      .acts_with({needs_lambda.words + ", or prism.thickness: global, plane_stress, fixed",
+                  [needs_lambda, keeps_volume] { return needs_lambda.holds() || !keeps_volume(); }})
       .help(
           "Lame's first parameter, of all laws: resistance to a change of volume; where every element keeps its volume "
           "it "
@@ -59,21 +67,21 @@ void describe_material(OptionTable& table, const std::string& prefix, MaterialOp
   table.add(prefix + "c1", material.c1)
       .unit("Pa")
       .range(0, stiffest)
-      .acts_with(laws.of({Material::Law::mooney_rivlin}))
+      .acts_with(laws.with(MaterialConstant::c1))
       .help("first constant");
   table.add(prefix + "c2", material.c2)
       .unit("Pa")
       .range(0, stiffest)
-      .acts_with(laws.of({Material::Law::mooney_rivlin}))
+      .acts_with(laws.with(MaterialConstant::c2))
       .help("second constant");
   table.add(prefix + "ogden_mu", material.ogden_mu)
       .unit("Pa")
       .range(-stiffest, stiffest)
-      .acts_with(laws.of({Material::Law::ogden}))
+      .acts_with(laws.with(MaterialConstant::ogden))
       .help("moduli of the terms, any number of terms")
       .source("Ogden's rubber");
   table.add(prefix + "ogden_alpha", material.ogden_alpha)
-      .acts_with(laws.of({Material::Law::ogden}))
+      .acts_with(laws.with(MaterialConstant::ogden))
       .help("exponents of the terms, one a modulus")
       .source("Ogden's rubber");
   table.add(prefix + "young_modulus", material.young_modulus)
@@ -114,19 +122,16 @@ void describe(OptionTable& table, RegionOptions& options, const WallOptions& wal
 }  // namespace
 
 Material::Law law_of(RegionLaw law, Material::Law of_wall) {
-  switch (law) {
-    case RegionLaw::st_venant_kirchhoff:
-      return Material::Law::st_venant_kirchhoff;
-    case RegionLaw::neo_hookean:
-      return Material::Law::neo_hookean;
-    case RegionLaw::mooney_rivlin:
-      return Material::Law::mooney_rivlin;
-    case RegionLaw::ogden:
-      return Material::Law::ogden;
-    case RegionLaw::wall:
-      break;
-  }
-  return of_wall;
+  return law == RegionLaw::wall ? of_wall : static_cast<Material::Law>(static_cast<int>(law) - 1);
+}
+
+const std::vector<std::string>& names_of(RegionLaw) {
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> all = names_of(Material::Law{});
+    all.insert(all.begin(), "wall");
+    return all;
+  }();
+  return names;
 }
 
 void describe(OptionTable& table, WallOptions& options) {

@@ -15,12 +15,9 @@ class OptionTable;
 }  // namespace options
 inline namespace prism {
 
-/// Law of the material of a part of the wall: the wall's, or as in Material.
-enum class RegionLaw { wall, st_venant_kirchhoff, neo_hookean, mooney_rivlin, ogden };
-inline const std::vector<std::string>& names_of(RegionLaw) {
-  static const std::vector<std::string> names{"wall", "st_venant_kirchhoff", "neo_hookean", "mooney_rivlin", "ogden"};
-  return names;
-}
+/// Law of the material of a part of the wall: the wall's, or 1 and the number of a law.
+enum class RegionLaw : int { wall };
+const std::vector<std::string>& names_of(RegionLaw);
 Material::Law law_of(RegionLaw law, Material::Law of_wall);
 
 /// A material as a deck gives it; `Number` is double, or std::optional<double> where values may be left out.
@@ -85,8 +82,8 @@ struct WallOptions {
   std::optional<double> reference_temperature;
   Choice<Wrinkling> wrinkling = Wrinkling::none;
   double slack_tension = 1e-5;  ///< of tension_field: Material::tension as a fraction of the shear modulus
-  MaterialOptions<Material::Law, double> material{Material::Law::neo_hookean, 4e5,         0, 2e5, 2e4,
-                                                  {6.3e5, 1.2e3, -1e4},       {1.3, 5, -2}};
+  MaterialOptions<Material::Law, double> material{
+      Material::law_named("neo_hookean"), 4e5, 0, 2e5, 2e4, {6.3e5, 1.2e3, -1e4}, {1.3, 5, -2}};
   std::map<std::string, RegionOptions> regions;
 
   bool has_tension_field() const { return wrinkling == Wrinkling::tension_field; }

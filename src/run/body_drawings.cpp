@@ -10,7 +10,7 @@ std::vector<BodyDrawing> drawings_of_bodies(MPI_Comm comm, const std::deque<Name
   }
   for (const NamedOptions& object : objects) {
     for (const auto& [name, source] : object.options.heat.sources) {
-      if (source.shape != SourceShape::ball) {
+      if (!shape_of(source).has_centre) {
         continue;
       }
       RigidMotion motion;

@@ -54,7 +54,7 @@ std::unique_ptr<Hdf5File> open_checkpoint(MPI_Comm comm, const std::string& path
 
 /// Refuses options that may not change when a run goes on, and files with another content than they had: a file may
 /// have been moved. Collective. @throws Error, on all ranks, that names them
-/// @param now what goes on
+/// @param now the record of the run that goes on
 void require_same_run(const OptionTable& table, const Hdf5File& checkpoint, const RunRecord& now);
 
 /// The decks of the run that wrote a checkpoint. Collective. @throws Error, on all ranks

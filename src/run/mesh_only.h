@@ -16,7 +16,7 @@ inline namespace run {
 /// membrane. Cell fields, as VTK defines them: `radius_ratio` and `aspect_ratio` (1 is best), `scaled_jacobian` (1 is
 /// best, 0 degenerate), `smallest_angle` [degrees], `area` [m^2]. In addition it writes the mesh with its partition,
 /// `NAME.mesh.h5`, which `mesh.file` may name, and prints the plan of the run. Collective.
-/// @param record what the output folder keeps of the run; gets what has been found about the mesh
+/// @param record of the run, which is written to the output folder; receives the figures of the mesh
 /// @throws Error on a bad mesh, or where the output folder cannot be used
 void mesh_only(MPI_Comm comm, const RunPlan& plan, RunRecord record);
 

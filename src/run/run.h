@@ -14,7 +14,7 @@ inline namespace run {
 /// Collective.
 /// @param objects of the run; options of the run as a whole are the same in all of them; find_together sets which of
 /// them touch each other
-/// @param record what the output folder keeps of the run; gets what has been found about the mesh
+/// @param record of the run, which is written to the output folder; receives the figures of the mesh
 /// @throws Error on bad input, before anything is written; or when a step failed at every length tried, after the last
 /// good state has been written
 void run_objects(MPI_Comm comm, const std::deque<ObjectOptions>& objects, RunRecord record);

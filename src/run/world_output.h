@@ -30,7 +30,7 @@ class WorldOutput : public SteppedRun {
   /// that no object has, before anything is written
   void begin();
   /// Continues the output of the run that has written a checkpoint, in its folder, instead. @throws Error, on all
-  /// ranks, when the folder lacks what the checkpoint names
+  /// ranks, when the folder lacks files that the checkpoint names
   void resume(const Hdf5File& checkpoint);
 
   double time() const override { return world_.time(); }

@@ -11,7 +11,7 @@
 namespace pellicle {
 inline namespace world {
 
-/// What changes in a surface that heats, burns and is cut, declared in the registry of its state.
+/// The fields of a surface that heats, burns and is cut, declared in the registry of its state.
 struct BurningFields {
   /// Everything lives and has its initial mass; temperatures and pieces are not set yet. The registry must outlive
   /// it. Collective.

@@ -13,7 +13,7 @@ inline namespace world {
 /// Surface and state outlive the stage.
 using StageMaker = std::function<std::unique_ptr<Stage>(const Surface& surface, State& state)>;
 
-/// An acceleration [m/s^2] at a place [m], of what moves with a velocity [m/s], at a time [s].
+/// The acceleration [m/s^2] of a particle at a place [m] that moves with a velocity [m/s], at a time [s].
 using Acceleration =
     std::function<Eigen::Vector3d(const Eigen::Vector3d& place, const Eigen::Vector3d& velocity, double time)>;
 /// Heat by mass and time that something gets at a place [m] at a time [s]; negative: that it loses [W/kg].

@@ -57,40 +57,41 @@ class Chain {
  public:
   virtual ~Chain() = default;
 
-  /// The names of what the clock of an object measures. Not collective.
+  /// The names of the parts of a step that the clock of an object measures. Not collective.
   virtual std::vector<std::string> clock_names() const = 0;
-  /// The stage of the clock in which the surface is numbered anew. Not collective.
+  /// The name under which the clock measures the renumbering of the surface. Not collective.
   virtual std::string renumbering() const = 0;
-  /// Why an object ends of which nothing is left. Not collective.
+  /// A line for an object that has ended because nothing is left of it. Not collective.
   virtual std::string words_of_end() const = 0;
   /// Lines about a surface for a person who watches.
   virtual std::vector<std::string> lines(const Surface& surface) const = 0;
 
-  /// @throws Error, on all ranks, on bad materials of what burns
+  /// Distributes a surface. @throws Error, on all ranks, on bad materials of a wall that burns
   virtual std::shared_ptr<const Surface> make_surface(MPI_Comm comm, MeshRows rows) const = 0;
-  /// The surface of an object without a name has the group "objects/sheet" or "objects/balloon" of a checkpoint, which
-  /// this is; it names one with a name, too. Not collective.
+  /// The name that stands for an object without a name in a checkpoint: "sheet" or "balloon". Not collective.
   virtual std::string group() const = 0;
+  /// Reads a surface from the group of its object in a checkpoint. @throws Error, on all ranks
   virtual std::shared_ptr<const Surface> read_surface(const Hdf5File& checkpoint, const std::string& group) const = 0;
+  /// Writes a surface into the group of its object. @throws Error, on all ranks
   virtual void write_surface(Hdf5File& checkpoint, const std::string& group, const Surface& surface) const = 0;
   /// Persistent ids of the local elements. Not collective.
   virtual std::vector<PetscInt> element_ids(const Surface& surface) const = 0;
 
-  /// The surface with corners split. @param records of its particles, copies and elements
+  /// Splits corners of a surface. @param particles, copies, elements data of these, see `split` of surface/compaction.h
   virtual MovedSurface split(const Surface& surface, const SplitCorners& corners, const Records& particles,
                              const Records& copies, const Records& elements) const = 0;
-  /// The surface without elements of which nothing is left; none: they are too few.
+  /// Removes empty elements from a surface; none: there are too few of them.
   virtual std::optional<MovedSurface> compact(const Surface& /*surface*/, const State& /*state*/) const { return {}; }
-  /// The surface spread over the ranks anew; none: the load of contact is even enough. @param load of the particles
+  /// Distributes a surface anew by the load of contact; none: the load is even enough. @param load of the particles
   virtual std::optional<MovedSurface> spread(const Surface& /*surface*/, const State& /*state*/,
                                              const std::vector<double>& /*load*/) const {
     return {};
   }
 
-  /// The fields of an object with so many chambers, at rest in the undeformed shape.
+  /// Makes the fields of an object at rest in its undeformed shape. @param chambers their number
   virtual std::unique_ptr<State> make_state(const Surface& surface, int chambers) const = 0;
-  /// The state at time 0 but for what stages set (Stage::start): the initial noise, and what pins, loads and chambers
-  /// choose. @throws Error on bad pins, planes, loads and chambers
+  /// The state at time 0, with the initial noise and the particles that pins, loads and chambers choose; the stages set
+  /// the rest (Stage::start). @throws Error on bad pins, planes, loads and chambers
   virtual std::unique_ptr<State> initial_state(const Surface& surface) const = 0;
   /// The stages of an object that goes on from a state. All must outlive them.
   /// @throws Error on textures that cannot be read and other input

@@ -9,12 +9,12 @@
 namespace pellicle {
 inline namespace world {
 
-/// What is known of a fire from step to step, for a remark at the end of a run.
+/// The course of a fire so far, from which remarks at the end of a run are made.
 struct FireRecord {
   double burnt = 0;         ///< fraction of the initial mass
-  double last_time = -1;    ///< of the last step in which mass was lost [s]; -1: there has been none
-  double present_time = 0;  ///< [s]
-  double hottest = 0;       ///< so far [K]
+  double last_time = -1;    ///< time of the last step in which mass was lost [s]; -1: there has been none
+  double present_time = 0;  ///< time of the last step [s]
+  double hottest = 0;       ///< the highest temperature so far [K]
 
   FireRecord() = default;
   /// @param numbers see `numbers`
@@ -27,10 +27,10 @@ struct FireRecord {
   Eigen::Vector4d numbers() const { return {burnt, last_time, present_time, hottest}; }
 };
 
-/// A line about how fast a front of fire would go and how many cells it is wide, if anything can light one and it goes
-/// on by itself; with what to do where it is narrower than two cells. @param mean_side of the mesh [m]
+/// A line that gives the speed and the width in cells of a front of fire, if something can light one and it spreads
+/// by itself; it names the remedy where the front is narrower than two cells. @param mean_side of the mesh [m]
 std::vector<std::string> front_remarks(const Options& options, double mean_side);
-/// A line where fire has gone out before the end of a run, or nothing has caught fire.
+/// A line if the fire has gone out before the end of a run, or nothing has caught fire.
 std::vector<std::string> fire_remarks(const Options& options, const FireRecord& record);
 
 }  // namespace world

@@ -44,7 +44,7 @@ class HeatStage : public Stage {
   Field rise_;  ///< of the temperatures by conduction [K]
 };
 
-/// Loss of mass of what is hot enough (burning paper, eq. 4).
+/// Particles that are hot enough lose mass (burning paper, eq. 4).
 class CombustionStage : public Stage {
  public:
   /// @throws Error as HeatStage does
@@ -61,7 +61,7 @@ class CombustionStage : public Stage {
   std::vector<double> mass_loss_factor_;  ///< of the local particles, or empty
 };
 
-/// Removes what has burnt from the surface (burning paper, section 6), and draws what is left.
+/// Removes burnt material from the surface (burning paper, section 6), and draws the rest.
 class AblationStage : public Stage {
  public:
   AblationStage(const Surface& surface, const Options& options, State& state, StageClock& clock);
@@ -107,8 +107,8 @@ class CrackStage : public Stage {
   MotionStage& motion_;
 };
 
-/// Refuses a step whose heat does not add up: the content is what there was at first, came in and was made, less what
-/// went out; and keeps what is known of the fire for a remark.
+/// Refuses a step whose heat does not add up: the heat content must be the initial content plus the heat that came in
+/// and was made, less the heat that went out. It also keeps the course of the fire, for remarks.
 class HeatBalanceStage : public Stage {
  public:
   HeatBalanceStage(const Surface& surface, const Options& options, State& state);

@@ -18,7 +18,7 @@ class GasHeat {
   /// @param capacity c of the wall [J/(kg K)]
   void begin_step(const Chambers& chambers, const GasExchange& exchange, const Surface& surface, const Field& position,
                   const BurningFields& fields, double capacity, double h, ChamberWalls& walls);
-  /// Takes from the particles what the gas has got, and the other way round. Collective.
+  /// Takes the heat that the gas has received from the particles, or gives them what it has lost. Collective.
   /// @param given to the gas of each chamber in the step [J]
   /// @returns in words where the two do not agree to 1e-10; empty: everywhere
   std::string end_step(const Chambers& chambers, const Eigen::VectorXd& given, BurningFields& fields) const;

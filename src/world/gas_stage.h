@@ -14,8 +14,8 @@
 namespace pellicle {
 inline namespace world {
 
-/// The gas in the chambers of an object: what links, holes and walls bring into it in a step, and the forces of its
-/// weight. Its pressure acts in the balance of the motion (GasFilled).
+/// The gas in the chambers of an object: mass and heat that it exchanges through links, holes and walls in a step, and
+/// the forces of its weight. Its pressure acts in the balance of the motion (GasFilled).
 class GasStage : public Stage {
  public:
   /// The chambers that the state numbers. All must outlive the stage. Collective.
@@ -28,9 +28,10 @@ class GasStage : public Stage {
   const State& state() const { return state_; }
   /// Data of the gas in the step in progress.
   GasStep& step() { return gas_step_; }
-  /// The gas in the balance, from which the stage takes what has come into the chambers. It must outlive the steps.
+  /// Sets the gas in the balance, from which the stage takes the mass that has come into the chambers. It must outlive
+  /// the steps.
   void set_filled(GasFilled& filled) { filled_ = &filled; }
-  /// What the chambers have exchanged: that of the state, or nothing where no chamber is joined to anything.
+  /// Mass and heat that the chambers have exchanged since time 0; zero where no chamber is joined to anything.
   const GasExchange& exchange() const { return state_.gas != nullptr ? *state_.gas : chambers_.initial_exchange(); }
   /// Forces of the weights of gas and air and of jets in the step in progress, of the local particles, ghosts up to
   /// date [N]; null: gas pushes evenly.
@@ -45,8 +46,8 @@ class GasStage : public Stage {
   /// Divides the chambers whose walls have come apart (Chambers::divided), in the state; then all stages must be made
   /// anew. Collective. @returns a line for each chamber that has been cut; none: the chambers are as they were
   std::vector<std::string> divide();
-  /// Where a chamber that needs a closed surface has a hole, or cracks part the surface round it: chamber, element or
-  /// vertex, place, in words and the same on all ranks. Empty: nowhere. Collective. @param can_crack the surface
+  /// Names a chamber that needs a closed surface but has a hole, or whose surface cracks have parted, with the element
+  /// or vertex and the place, the same on all ranks. Empty: there is none. Collective. @param can_crack the surface
   std::string open_wall(bool can_crack) const;
 
  private:

@@ -27,15 +27,15 @@ class Group {
 
   /// Makes a step of length h [s] of all objects that are not gone.
   StepResult advance(double h);
-  /// To be called when all objects of the run have accepted a step (Object::accept).
+  /// Must be called when all objects of the run have accepted a step (Object::accept).
   void accept();
 
   const GroupPlan& plan() const { return plan_; }
   /// The row of the table about the contact of several objects with each other.
   Report report() const;
-  /// Lines for the start of the run's log: what crossed at the start, which linear solver there is.
+  /// Lines for the start of the run's log: surfaces that cross at the start, and the linear solver.
   std::vector<std::string> first_remarks();
-  /// Of its common steps, where there are several objects; else null.
+  /// The clock of the common steps of several objects; null for a single object.
   StageClock* clock() { return plan_.is_single() ? nullptr : &clock_; }
 
  private:

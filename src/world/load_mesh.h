@@ -13,7 +13,7 @@
 namespace pellicle {
 inline namespace world {
 
-/// Reads or generates the mesh on rank 0, checks it, repairs what can be repaired and scales it to its volume.
+/// Reads or generates the mesh on rank 0, checks it, repairs faults that can be repaired and scales it to its volume.
 /// Collective.
 /// @returns on rank 0 the mesh and its report, elsewhere empty ones
 /// @throws Error, on all ranks, see make_checked_mesh
@@ -39,7 +39,7 @@ std::string mesh_file_name(const OutputOptions& options, const std::string& obje
 inline constexpr const char* mesh_file_group = "mesh";
 
 /// Refuses a mesh on which the run's chain cannot be built, or to which its textures cannot be put. Not collective.
-/// @throws Error, one line that says what the mesh is like and all that is wrong
+/// @throws Error, one line that describes the mesh and names all its faults
 void require_fit(const CheckedMesh& checked, const Options& options);
 
 /// The lines about a mesh in the log and the record of a run: the summary, then repairs and warnings.

@@ -16,7 +16,8 @@ inline namespace world {
 /// none
 std::string non_finite(MPI_Comm comm, const FieldRegistry& state);
 
-/// Sets to 0 what is not finite in a state, so that it can be drawn. Collective. @returns whether there was any
+/// Sets values of a state that are not finite to 0, so that it can be drawn. Collective. @returns whether there were
+/// any
 bool make_finite(MPI_Comm comm, const FieldRegistry& state);
 
 }  // namespace world

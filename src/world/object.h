@@ -24,7 +24,7 @@
 namespace pellicle {
 inline namespace world {
 
-/// A line about what has happened to an object.
+/// A line about an event in the course of an object.
 struct News {
   std::string line;
   bool is_figure = false;  ///< for a person who watches
@@ -71,24 +71,24 @@ class Object {
   StageResult begin(double h);
   /// Ends the step that has begun. @param balance how the balance was found
   StageResult end(const EquilibriumResult& balance);
-  /// What the stages have found in the last step. Not collective.
+  /// The figures of the stages in the last step. Not collective.
   const Step& last_step() const { return step_; }
   /// How often the stages have been replaced by others, because particles or chambers were numbered anew. Not
   /// collective.
   int replaced() const { return replaced_; }
   /// The step is accepted and will not be undone. Moves the clock to `time`, by rounding alone: sums of steps drift.
   void accept(double time);
-  /// Keeps a copy of the state ...
+  /// Keeps a copy of the state.
   void keep();
-  /// ... and restores it.
+  /// Restores the state that `keep` has copied.
   void restore();
 
-  /// To be called now and then when a step has been accepted: spreads the object over the ranks anew if contact has
-  /// much more to do with it on one of them than on others. @param load see SurfaceContact::load
+  /// Distributes the object over the ranks anew if contact takes much more work on one of them than on others. To be
+  /// called from time to time after a step has been accepted. @param load see SurfaceContact::load
   void spread(const std::vector<double>& load);
   /// Faces of the cracks that separated the surface when the last step was accepted. Not collective.
   const std::vector<CrackFace>& fresh_crack_faces() const { return crack_faces_; }
-  /// To be called when positions have changed at the start of a run.
+  /// Starts the stages anew. Must be called when positions have changed at the start of a run.
   void start();
 
   /// Why the object cannot go on; empty as long as it can. Not collective.
@@ -107,7 +107,7 @@ class Object {
   std::vector<std::string> first_remarks() const;
   /// Lines about the run as a whole for the end of the log, such as steps that ended out of balance.
   std::vector<std::string> remarks() const;
-  /// Takes the lines about what has happened since the last call, such as chambers that have opened. Not collective.
+  /// Takes the lines about events since the last call, such as chambers that have opened. Not collective.
   std::vector<News> take_news() { return std::exchange(news_, {}); }
 
   /// Writes all that is needed to go on from the present state. @throws Error, on all ranks

@@ -136,7 +136,7 @@ struct ObjectOptions {
 TimeIntegrator integrator_of(const TimeOptions& time);
 /// How the mesh of a sheet becomes a shell: the lattice points of a sheet as a material lie in its surface.
 SheetOptions shell_options(const Options& options);
-/// Rate at which the velocities of a sheet fade: `force.damping`, or what follows from the dynamics [1/s].
+/// Rate at which the velocities of a sheet fade [1/s]: `force.damping`, or the default of its dynamics.
 double velocity_damping(const Options& options);
 /// Whether a run is that of a balloon whose wall heats, burns or tears, which needs something that heats or strains it.
 bool balloon_burns(const Options& options);

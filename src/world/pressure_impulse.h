@@ -33,7 +33,7 @@ class GasCoupling : public GasFilled {
   }
 
   GasExchange end_gas(const Field& end) override { return gas_->end_step(number_, end, time_, h_); }
-  /// To be called when the gas step has begun. @param time at the end of the step [s] @param h its length [s]
+  /// Begins the step of the gas. @param time at the end of the step [s] @param h its length [s]
   void begin_step(double time, double h) {
     time_ = time;
     h_ = h;
@@ -42,9 +42,9 @@ class GasCoupling : public GasFilled {
 
   const Chambers& chambers() const { return chambers_; }
   StepGas& gas() { return *gas_; }
-  /// Whether it is joined to nothing but what the sheet encloses.
+  /// Whether the gas is that of this sheet alone, not linked to other objects.
   bool is_alone() const { return gas_->parts() == 1; }
-  /// Of the sheet among the parts of the gas.
+  /// Number of the sheet among the parts of the gas.
   std::size_t number() const { return number_; }
 
  private:
@@ -59,12 +59,12 @@ class GasCoupling : public GasFilled {
 };
 
 /// The gas in a projected sheet in a step: h W g p is added to its velocities before the projection, with the volume's
-/// gradient g, the inverse masses W of what is not constrained, and the pressure p.
+/// gradient g, the inverse masses W of the particles that are not constrained, and the pressure p.
 ///
 /// The pressure is that of the law at the volume to which it would push the sheet if that had no springs, whose
-/// response is known (h^2 g.W g): projected springs have no stiffness that would answer a pressure in proportion. What
-/// the gas is joined to takes the volume as the projection has left it. Of a sheet of one layer the corners feel what
-/// acts on the centres of their cells.
+/// response is known (h^2 g.W g): projected springs have no stiffness that would answer a pressure in proportion.
+/// Chambers of other objects that are linked to the gas see the volume as the projection has left it. In a sheet of one
+/// layer the forces on the centres of cells act on the corners of the cells.
 class PressureImpulse {
  public:
   /// Gas and sheet must outlive it. Collective.
@@ -74,11 +74,11 @@ class PressureImpulse {
   PressureImpulse(GasCoupling& gas, const Sheet& sheet, const Field& free, const std::vector<double>& mass,
                   const std::vector<bool>& constrained, double h);
 
-  /// Takes the pressures of the gas, with all that it is joined to as it is by now. Collective.
+  /// Finds the pressures of the gas from the present state of all objects that are linked to it. Collective.
   void choose_pressures();
-  /// What they add to the velocities of the local particles, (3 x local) [m/s].
+  /// Velocities that the pressures add to the local particles, (3 x local) [m/s].
   const Field& velocity() const { return velocity_; }
-  /// Of each chamber [Pa].
+  /// Pressure of each chamber [Pa].
   const Eigen::VectorXd& pressure() const { return pressure_; }
 
   /// The sheet stays at these positions for the rest of the step, whatever the pressure. Collective. @returns whether

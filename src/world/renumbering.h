@@ -20,8 +20,8 @@ struct SplitRecords {
 };
 SplitRecords packed(const FieldRegistry& state, const Surface& surface, const SplitCorners& corners);
 
-/// Reads the records of the local items into the state of the new surface, and copies what the object has once from the
-/// old state. Collective.
+/// Reads the records of the local items into the state of the new surface, and copies the fields that the object
+/// has once from the old state. Collective.
 void transfer(FieldRegistry& state, const FieldRegistry& old, const Records& particles, const Records& cells);
 
 }  // namespace world

@@ -23,8 +23,8 @@ namespace pellicle {
 inline namespace world {
 
 /// The motion of a sheet in a step of implicit Euler: external force (burning paper, eq. 8 and 9), then springs, bodies
-/// and gas by a balance or a projection, then velocities (eq. 13 and 15). Masses and target lengths follow what has
-/// burnt.
+/// and gas by a balance or a projection, then velocities (eq. 13 and 15). Masses and target lengths follow the
+/// burnt fraction.
 class SheetMotion : public MotionStage {
  public:
   void update_derived() override;
@@ -34,7 +34,7 @@ class SheetMotion : public MotionStage {
   void report(Report& report, const Step& step) const override;
   void draw(Picture& picture) const override;
 
-  /// Sets the target lengths from what has burnt (burning paper, eq. 5 and 6). Not collective.
+  /// Sets the target lengths from the burnt fractions (burning paper, eq. 5 and 6). Not collective.
   virtual void set_lengths();
   /// Strains of the sheet as it is now. Collective.
   virtual WeaveStrain weave_strain() const;
@@ -52,9 +52,9 @@ class SheetMotion : public MotionStage {
   SheetMotion(const Sheet& sheet, const Options& options, State& state, StageClock& clock, GasStage* gas,
               double contact_stiffness);
 
-  /// From the free positions in the state to what is brought into balance.
+  /// Begins the balance or the projection from the free positions in the state.
   virtual StageResult begin_balance(Step& step) = 0;
-  /// Positions and figures from the balance.
+  /// Takes positions and figures from the balance or the projection.
   virtual StageResult find_positions(Step& step) = 0;
   /// Forces of gas at the end of the step on the owned particles [N]; empty: there are none.
   virtual Eigen::Matrix3Xd gas_forces() = 0;
@@ -62,14 +62,14 @@ class SheetMotion : public MotionStage {
   virtual void add_spring_forces(Eigen::Matrix3Xd& sum) = 0;
   /// Work of viscosity in the step [J].
   virtual double viscous_work() const { return 0; }
-  /// Velocities at bodies, and loads of the bodies.
+  /// Sets the velocities of particles that leave bodies, and the loads on the bodies.
   virtual void leave_bodies(Step& step);
-  /// In words, a body that the sheet is too deep in; empty: none.
+  /// Names a body that the sheet is too deep in; empty: there is none.
   virtual std::string body_fault(const Step& step) const = 0;
   /// Whether each step ends at rest.
   virtual bool is_static() const { return false; }
 
-  /// To where velocities lead without springs, bodies and gas (burning paper, eq. 8 and 9).
+  /// Moves the particles by their velocities without springs, bodies and gas (burning paper, eq. 8 and 9).
   virtual void move_freely();
   /// The fraction of the step at which forces are in balance.
   virtual double fraction_of_balance() const { return 1; }
@@ -77,7 +77,7 @@ class SheetMotion : public MotionStage {
   virtual Eigen::Vector3d velocity_of_balance(PetscInt i) const;
   /// Moves the sheet from where forces are in balance to the end of the step.
   virtual void move_to_end() {}
-  /// Velocities from the positions at the end of the step (eq. 13 and 15), and what bodies have felt.
+  /// Finds velocities from the positions at the end of the step (eq. 13 and 15), and the loads on bodies.
   virtual void find_velocities(Step& step);
 
   double kinetic_energy() const;

@@ -19,7 +19,7 @@
 namespace pellicle {
 inline namespace world {
 
-/// Mass, pieces, heat and temperature of what burns, of all ranks.
+/// Mass, heat and temperature of a surface that burns, of all ranks.
 struct FireFigures {
   double mass_left = 0;        ///< [kg]
   double mass_burnt = 0;       ///< since time 0 [kg]
@@ -125,12 +125,14 @@ class Stage {
  public:
   virtual ~Stage() = default;
 
-  /// At time 0: sets what follows from the positions, which contact may have changed (contact.start).
+  /// Sets the fields at time 0 that depend on positions; called again where contact has changed these (contact.start).
   virtual void start() {}
-  /// Sets what follows from the fields, when they have been read, restored or moved to other items.
+  /// Sets data that follow from the fields, when these have been read, restored or moved to other items.
   virtual void update_derived() {}
-  /// Until a step ends, its time is that of the beginning. After one that has not converged the state may be anything.
+  /// The part of the stage before the balance; the time of the state is that of the beginning of the step. After a step
+  /// that has not converged the state may be anything.
   virtual StageResult begin(Step& /*step*/) { return {}; }
+  /// The part of the stage after the balance; the time of the state is still that of the beginning.
   virtual StageResult end(Step& /*step*/) { return {}; }
 
   /// Adds numbers for the history. @param step the last step

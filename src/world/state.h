@@ -14,7 +14,7 @@
 namespace pellicle {
 inline namespace world {
 
-/// What changes in an object from step to step: the fields of its stages, in one registry. Ghosts are up to date
+/// The state of an object: the fields of its stages, in one registry. Ghosts are up to date
 /// between steps. After a failed step the state is restored by assigning a copy of the registry.
 struct State : FieldRegistry {
   /// At rest in the undeformed shape, with the fields that every object has; nothing is pinned and there is no gas. The
@@ -40,9 +40,9 @@ struct State : FieldRegistry {
   void add_wall();
   /// Pressures of the chambers. @param count of chambers
   void add_chambers(int count);
-  /// What the gas in chambers has exchanged, if links, holes or heat change it.
+  /// Mass and heat that the gas in chambers has exchanged, if links, holes or heat change it.
   void add_gas(int chambers, int links);
-  /// Where attachments and forces act. @param count of these loads
+  /// Particles on which attachments and forces act. @param count of these loads
   void add_loads(int count) { loads = &add<std::vector<bool>>({"loads", "", Item::particle}, count); }
   /// Accelerations, with which generalized alpha goes on.
   void add_acceleration() { acceleration = &add<Field>({"acceleration", "m/s^2", Item::particle}, 3); }

@@ -24,7 +24,7 @@
 namespace pellicle {
 inline namespace world {
 
-/// What holds a wall: pins and planes of symmetry.
+/// The supports of a wall: pins and planes of symmetry.
 struct WallSupports {
   /// @param state says what is pinned; null: the options do. Collective. @throws Error on bad pins and planes
   WallSupports(const Membrane& membrane, const Options& options, const State* state);

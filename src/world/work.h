@@ -9,7 +9,7 @@ inline namespace world {
 
 class Report;
 
-/// What does work on an object, besides contact (ContactWork): entries of State::work. The work of a step is that
+/// The causes of work on an object, besides contact (ContactWork): entries of State::work. The work of a step is that
 /// of the forces with which the step is in balance over its displacements. With steps of implicit Euler kinetic and
 /// elastic energy change by the sum of all works less what the steps damp, which falls with their length.
 enum class Work {

@@ -10,18 +10,17 @@ namespace pellicle {
 /// except for St. Venant-Kirchhoff, which is in plane stress. [Pa]
 /// @param slenderness undeformed thickness over undeformed radius
 inline double sphere_pressure(const Material& material, double slenderness, double stretch) {
-  switch (material.law) {
-    case Material::Law::st_venant_kirchhoff: {
-      const double young = material.mu * (3 * material.lambda + 2 * material.mu) / (material.lambda + material.mu);
-      const double poisson = material.lambda / (2 * (material.lambda + material.mu));
-      return slenderness * young / (1 - poisson) * (stretch - 1 / stretch);
-    }
-    case Material::Law::neo_hookean:
-      return 2 * slenderness * material.mu * (1 / stretch - std::pow(stretch, -7));
-    case Material::Law::mooney_rivlin:
-      return 4 * slenderness * (1 / stretch - std::pow(stretch, -7)) * (material.c1 + material.c2 * stretch * stretch);
-    case Material::Law::ogden:
-      break;
+  const std::string& law = law_of(material).name;
+  if (law == "st_venant_kirchhoff") {
+    const double young = material.mu * (3 * material.lambda + 2 * material.mu) / (material.lambda + material.mu);
+    const double poisson = material.lambda / (2 * (material.lambda + material.mu));
+    return slenderness * young / (1 - poisson) * (stretch - 1 / stretch);
+  }
+  if (law == "neo_hookean") {
+    return 2 * slenderness * material.mu * (1 / stretch - std::pow(stretch, -7));
+  }
+  if (law == "mooney_rivlin") {
+    return 4 * slenderness * (1 / stretch - std::pow(stretch, -7)) * (material.c1 + material.c2 * stretch * stretch);
   }
   double sum = 0;
   for (std::size_t k = 0; k < material.ogden_mu.size(); ++k) {
