@@ -62,7 +62,9 @@ void require_stable(const Material& material, const std::string& key) {
   }
   if (!(shear > 0)) {
     throw Error(key + shear_key + ": the shear modulus of the undeformed material is " + number_text(shear) +
-                " Pa, expected more than 0" + (law.shear_words.empty() ? "" : " (" + law.shear_words + ")"));
+                " Pa, expected more than 0" + (law.shear_words.empty() ? "" : " (" + law.shear_words) +
+                (law.has(MaterialConstant::ogden) ? ", see " + key + "ogden_alpha" : "") +
+                (law.shear_words.empty() ? "" : ")"));
   }
   if (!(3 * first + 2 * shear > 0)) {
     throw Error(key + "lambda: " + number_text(material.lambda) +
