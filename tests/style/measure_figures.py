@@ -45,7 +45,7 @@ def names_of_run(root, program, command):
     with open(folder / "history.csv", encoding="utf-8") as file:
         rows = list(csv.reader(file))
     columns = numpy.array([[float(cell) for cell in row] for row in rows[1:]]).T
-    pvd = next(folder.glob("*.pvd"))
+    pvd = next(path for path in folder.glob("*.pvd") if not path.stem.endswith("_bodies"))
     return {"numpy": numpy, "fold": functools.partial(folds_of, pvd),
             **{heading.split(" ")[0]: column for heading, column in zip(rows[0], columns)}}
 
