@@ -40,6 +40,9 @@ class AirDrag {
 
   /// Sets D and b for the step. Not collective.
   void begin_step(const AirInput& input);
+  /// Sets D and b at the positions and velocities that those of the input reach in a time [s] by their accelerations,
+  /// as a step of generalized alpha balances forces on its way. Not collective. @param acceleration [m/s^2]
+  void begin_step_within(const AirInput& input, const Field& acceleration, double reach);
 
   /// D_i [N s/m] and b_i [N] of an owned particle; 0 before the first step.
   const Eigen::Matrix3d& resistance(PetscInt i) const { return resistance_[i]; }

@@ -159,7 +159,8 @@ bool ContactMesh::gather(const Motion& motion, const Field& start, const std::ve
       continue;
     }
     here.push_back(e);
-    // What touches this rank's particles is either owned, or a ghost whose owner also asks for what is near it.
+    // An element that touches this rank's particles is either owned, or a ghost whose owner also asks for its
+    // neighbours.
     if (e < elements.owned) {
       sent.push_back(whole);
       sent_boxes.push_back(box(e, motion));

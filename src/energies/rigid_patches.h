@@ -48,7 +48,7 @@ class RigidPatches {
   /// @param x positions at which the tangent was updated [m]
   void refresh(const Field& x);
 
-  /// To be called when the tangent has a new pattern, before it has values; the coarse level is then made anew.
+  /// Lets the coarse level be made anew. Must be called when the tangent has a new pattern, before it has values.
   void forget_pattern();
 
  private:

@@ -55,7 +55,7 @@ class StepPart {
 
   /// Number of columns of the dense second derivative. Not collective.
   virtual int columns() const { return 0; }
-  /// To be called before the second derivatives of the potentials at x are evaluated.
+  /// Prepares the second derivatives of the potentials at x. Must be called before they are evaluated.
   /// @param psd_blend for Potential::set_psd_blend
   virtual void begin_tangent(Curvature curvature, double psd_blend) = 0;
   /// Dense second derivative by the owned vertices, after begin_tangent; of parts that have columns.

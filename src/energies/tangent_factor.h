@@ -46,7 +46,7 @@ class TangentFactor {
   /// Factorises the present values. Collective. @returns number of negative eigenvalues of A; none if it is singular
   std::optional<int> refresh();
 
-  /// To be called when the tangent has a new pattern.
+  /// Lets the factor be made anew. Must be called when the tangent has a new pattern.
   void forget_pattern() { inner_factor_.reset(); }
 
   /// Conjugate gradients on A, preconditioned with the inverse that A had at the last renewal.

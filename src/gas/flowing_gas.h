@@ -30,7 +30,8 @@ class FlowingGas {
   std::size_t objects() const { return objects_.size(); }
   const Chambers& chambers(std::size_t object) const { return *objects_[object].chambers; }
 
-  /// To be called when the steps of all objects have begun; renews the network if chambers have become parts of others.
+  /// Renews the network if chambers have become parts of others. Must be called when the steps of all objects have
+  /// begun.
   void begin_step();
 
   /// Data of the network's step for all vessels, object after object. @param time at its end [s]

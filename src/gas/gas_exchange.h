@@ -35,7 +35,7 @@ struct GasExchange {
   std::vector<PetscInt> inside;   ///< number of the chamber: its own, or that of which it has become a part
   std::vector<PetscInt> outside;  ///< number of the chamber round it; -1: the ambient air
 
-  // Of chambers that have been cut in two.
+  // The origin of chambers that have been cut in two.
   std::vector<PetscInt> parent;      ///< number of the chamber it was cut off; -1: an initial chamber
   Eigen::VectorXd reference_volume;  ///< V0 of each chamber; of a part V0 of its parent [m^3]
 

@@ -21,7 +21,7 @@ double fraction_of_texture(const HeatSource& source, const Eigen::Vector3d& /*of
   return -std::expm1(-source.rate * texture * h);
 }
 
-/// Where a source has a shape of those that `is_one` chooses.
+/// The condition that a source has one of the shapes that `is_one` chooses.
 Condition of_shapes(const HeatSource& source, bool (*is_one)(const HeatSourceShape& shape)) {
   std::vector<SourceShape> shapes;
   for (std::size_t number = 0; number < heat_source_shapes().size(); ++number) {

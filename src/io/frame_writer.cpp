@@ -19,7 +19,7 @@ double whole_intervals(double time, const OutputOptions& options) {
   return std::floor(time / options.interval_time + 1e-9);
 }
 
-// Of a checkpoint.
+/// The table of a checkpoint with the step of the last frame.
 const char* const last_step_table = "output/last_frame_step";
 
 bool has(const std::vector<std::string>& names, const std::string& name) {

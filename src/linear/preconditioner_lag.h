@@ -13,10 +13,10 @@ class PreconditionerLag {
   /// called once after each solve.
   bool due(KSP solver);
 
-  /// To be called when there is a new preconditioner.
+  /// Notes that the preconditioner has been renewed.
   void renewed();
 
-  /// To be called when the present preconditioner has become useless.
+  /// Notes that the present preconditioner has become useless.
   void forget() { has_one_ = false; }
 
  private:

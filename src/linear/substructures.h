@@ -28,7 +28,7 @@ class Substructures {
   /// replace. This object must outlive the preconditioner.
   void precondition(PC pc);
 
-  /// To be called when the matrix has a new pattern of entries.
+  /// Lets the preconditioner be made anew. Must be called when the matrix has a new pattern of entries.
   void forget_pattern();
 
   /// Factorises a matrix's present values. Collective. @returns whether it is positive definite, the same on every rank

@@ -302,8 +302,8 @@ class OptionTable {
   /// have the name of others on the command line.
   void create_object(const std::string& section, const std::string& object, const Origin& origin = {});
 
-  /// To be called after a deck has been read: runs follow_decks, and notes which options have an effect. These count as
-  /// intended, even if a later deck or the command line violates their conditions.
+  /// Runs follow_decks, and notes which options have an effect. Must be called after a deck has been read. These count
+  /// as intended, even if a later deck or the command line violates their conditions.
   void note_acting();
 
   /// The solver prefix of a PETSc option's name (without the dash); null: none.

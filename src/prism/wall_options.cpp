@@ -15,7 +15,7 @@ struct LawConditions {
   std::function<bool(Material::Law law)> is_used;
   bool is_region;
 
-  /// Where a law of those that `is_one` chooses is used.
+  /// The condition that one of the laws that `is_one` chooses is used.
   Condition of(const std::function<bool(const MaterialLaw& law)>& is_one) const {
     std::string words = is_region ? "material:" : "wall.material:";
     std::vector<Material::Law> laws;
@@ -27,7 +27,7 @@ struct LawConditions {
     }
     return {words, [used = is_used, laws] { return std::any_of(laws.begin(), laws.end(), used); }};
   }
-  /// Where a law with a constant is used.
+  /// The condition that a law with this constant is used.
   Condition with(MaterialConstant constant) const {
     return of([constant](const MaterialLaw& law) { return law.has(constant); });
   }

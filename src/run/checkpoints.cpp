@@ -62,7 +62,7 @@ void sync(const std::string& path) {
   }
 }
 
-/// What is wrong with a file as a whole; empty: nothing. Collective.
+/// Describes a fault of a file as a whole; empty: there is none. Collective.
 std::string fault_of(MPI_Comm comm, const std::string& path) {
   long long bytes = -1;
   unsigned long sum = 0;

@@ -94,7 +94,7 @@ std::string quality_line(MPI_Comm comm, const Quality& quality, PetscInt owned) 
   return line;
 }
 
-/// What is made from the mesh of an object.
+/// The mesh of an object and the data that follow from it.
 struct MeshOfObject {
   std::string name;
   std::string heading;  ///< "cloth: ", of lines

@@ -34,7 +34,7 @@ std::string shell_word(const std::string& word) {
   return text + "'";
 }
 
-/// A run: what makes its world, and its output.
+/// A run: it makes its world and its output, and steps the world.
 class Run {
  public:
   /// @param table of the options of the run as a whole
@@ -111,7 +111,7 @@ class Run {
     return {std::move(objects), plan_.groups};
   }
 
-  /// What writes a world into a folder.
+  /// The writer of a world's frames and tables into a folder.
   WorldOutput output_of(World& world, OutputFolder& folder) {
     return {world, folder, console_, options_.output, drawings_of_bodies(comm_, plan_.objects)};
   }

@@ -19,7 +19,8 @@ WeaveStrain weave_strain(const Sheet& sheet, const Field& x, const std::array<st
   using Key = std::array<PetscInt, 3>;  // ids of the ends, colour
   WeaveStrain strain;
   Key key{none, none, none};
-  // Of the owned springs, then of all: sums of squares and numbers of each colour; sum and number of those under load.
+  // Sums over the owned springs, then over all: squares and numbers of each colour, sum and number of springs under
+  // load.
   std::array<double, 10> sums{};
   const double* places = x.data();
   for (const Colour colour : all_colours) {

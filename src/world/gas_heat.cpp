@@ -52,7 +52,8 @@ void GasHeat::begin_step(const Chambers& chambers, const GasExchange& exchange, 
 }
 
 std::string GasHeat::end_step(const Chambers& chambers, const Eigen::VectorXd& given, BurningFields& fields) const {
-  // Of each chamber: what walls and gas have got together, which should be 0, and the sum of what was exchanged [J].
+  // A row a chamber: the heat that walls and gas have received together, which should be 0, and the sum of the heat
+  // that was exchanged [J].
   Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(given.size(), 2);
   for (const auto& [particle, chamber, conductance] : shares_) {
     double& temperature = fields.temperature.data()[particle];

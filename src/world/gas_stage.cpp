@@ -222,7 +222,7 @@ std::string GasStage::open_wall(bool can_crack) const {
   return hole.empty() && can_crack ? torn_wall() : hole;
 }
 
-/// Where a chamber that needs a closed surface has a burnt hole.
+/// Names a chamber that needs a closed surface but has a burnt hole, and its place; empty: there is none.
 std::string GasStage::burnt_hole() const {
   const BurningFields& fields = *state_.burning;
   constexpr PetscInt none = std::numeric_limits<PetscInt>::max();
@@ -258,7 +258,7 @@ std::string GasStage::burnt_hole() const {
   return "chamber " + chambers_.name(static_cast<int>(place[3])) + text;
 }
 
-/// Where cracks part the surface round a chamber that needs it closed.
+/// Names a chamber that needs a closed surface which cracks have parted, and the place; empty: there is none.
 std::string GasStage::torn_wall() const {
   if (chambers_.count() == 0) {
     return "";

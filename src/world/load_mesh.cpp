@@ -43,8 +43,8 @@ std::vector<std::pair<std::string, std::string>> texture_files(const Options& op
   return files;
 }
 
-/// In words, that a chamber needs a volume, which an open mesh does not have; empty if none does. Chambers that name
-/// their pieces are left to `Chambers`.
+/// Describes the fault that a chamber needs a volume, which an open mesh does not have; empty if none does. Chambers
+/// that name their pieces are left to `Chambers`.
 std::string fault_of_chambers(const Options& options) {
   const auto names_a_piece = [](const auto& chamber) { return chamber.second.vertex >= 0; };
   if (!options.symmetry.empty() || std::any_of(options.chambers.begin(), options.chambers.end(), names_a_piece)) {
@@ -59,7 +59,7 @@ std::string fault_of_chambers(const Options& options) {
   return "";
 }
 
-/// In words, what a mesh without texture coordinates makes impossible.
+/// Names the options that a mesh without texture coordinates makes impossible.
 std::vector<std::string> faults_without_uv(const Options& options) {
   std::vector<std::string> faults;
   for (const auto& [key, file] : texture_files(options)) {

@@ -59,6 +59,16 @@ void report_bodies(Report& report, const std::vector<Body>& bodies, const std::v
   }
 }
 
+/// The lines of all stages, in their order. Collective.
+std::vector<std::string> lines_of(const Stages& stages, std::vector<std::string> (Stage::*of_stage)() const) {
+  std::vector<std::string> lines;
+  for (const std::unique_ptr<Stage>& stage : stages.all) {
+    const std::vector<std::string> more = (*stage.*of_stage)();
+    lines.insert(lines.end(), more.begin(), more.end());
+  }
+  return lines;
+}
+
 /// Adds the seconds that stages have taken in the step.
 void report_seconds(Report& report, const StageClock& clock) {
   for (const StageTime& stage : clock.stages()) {
@@ -280,23 +290,9 @@ Report Object::report(int retries, bool contact_apart) const {
   return report;
 }
 
-std::vector<std::string> Object::first_remarks() const {
-  std::vector<std::string> lines;
-  for (const std::unique_ptr<Stage>& stage : stages_.all) {
-    const std::vector<std::string> more = stage->first_remarks();
-    lines.insert(lines.end(), more.begin(), more.end());
-  }
-  return lines;
-}
+std::vector<std::string> Object::first_remarks() const { return lines_of(stages_, &Stage::first_remarks); }
 
-std::vector<std::string> Object::remarks() const {
-  std::vector<std::string> lines;
-  for (const std::unique_ptr<Stage>& stage : stages_.all) {
-    const std::vector<std::string> more = stage->remarks();
-    lines.insert(lines.end(), more.begin(), more.end());
-  }
-  return lines;
-}
+std::vector<std::string> Object::remarks() const { return lines_of(stages_, &Stage::remarks); }
 
 void Object::save(Hdf5File& checkpoint) const {
   const std::vector<PetscInt>& particles = surface_->persistent_id;

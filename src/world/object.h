@@ -59,8 +59,8 @@ class Object {
   /// Null: the object has no chambers.
   const Chambers* chambers() const { return stages_.gas != nullptr ? &stages_.gas->chambers() : nullptr; }
 
-  /// Adds a stage to those before the motion and its gas. Fields of its own it adds to the state, which keeps, moves
-  /// and saves them, before. @throws Error as the maker does
+  /// Adds a stage to those before the motion and its gas. Fields of its own must have been added to the state, which
+  /// keeps, moves and saves them. @throws Error as the maker does
   void add_stage(StageMaker make);
   /// A field on the particles, by its name in frames and checkpoints. Not collective. @throws std::logic_error if there
   /// is none

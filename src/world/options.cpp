@@ -335,8 +335,8 @@ void describe(OptionTable& table, Options& options) {
 
 namespace {
 
-/// What cannot be combined. Where a motion behind the balance, or loads that may go back in time, would contradict what
-/// another option promises.
+/// Describes the options that cannot be combined: a motion after the balance, or loads that may go back in time, would
+/// contradict another option.
 void describe_exclusions(OptionTable& table, const Options& options) {
   const auto inflates = [&options] { return options.chain == ChainKind::inflate; };
   const auto is_alpha = [&options, inflates] {

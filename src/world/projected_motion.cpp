@@ -38,8 +38,8 @@ std::array<std::vector<double>, 4> at_springs(const Sheet& sheet, const std::vec
   return result;
 }
 
-/// Of contact, in steps of the deck's length [Pa/m]: a projected sheet bears what it is projected to, whatever its
-/// mass.
+/// The stiffness of contact in steps of the deck's length [Pa/m]: a projected sheet takes the shape that the projection
+/// gives it, whatever its mass.
 double stiffness_of_contact(const Sheet& sheet, const Options& options) {
   constexpr double rigid = 10;  // times its mass in a step
   return usual_contact_stiffness(sheet, 0, rigid * options.sheet.areal_density, options.time.step);

@@ -11,8 +11,8 @@ inline namespace world {
 
 namespace {
 
-/// Of linear solves where sheets are among several objects, unless a balloon has one of its own: it costs no Newton
-/// iterations, and saves half of the linear ones.
+/// Relative tolerance of the linear solves of several objects with sheets among them, unless the options of a balloon
+/// give one: it costs no Newton iterations, and saves half of the linear ones.
 constexpr double rtol_of_sheets = 1e-3;
 
 /// Newton iterations of a step in which objects touch, before a shorter one is tried, unless the balloon says.

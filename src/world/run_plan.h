@@ -28,8 +28,8 @@ struct GroupPlan {
   std::string words() const;
 };
 
-/// What follows from the objects of a run together: which links each of them has, and who touches whom. It is made
-/// once.
+/// The plan of a run, made once from the options of all its objects: it gives each object its links and says which
+/// objects touch each other.
 struct RunPlan {
   std::deque<NamedOptions> objects;  ///< with the links that join their chambers
   std::vector<GroupPlan> groups;     ///< each object is in one of them
@@ -38,7 +38,7 @@ struct RunPlan {
   std::vector<std::string> lines() const;
 };
 
-/// The plan of a run: objects with `contact.self` touch each other, and links join chambers of several.
+/// Makes the plan of a run: objects with `contact.self` touch each other, and links join chambers of several.
 /// @throws Error, with the name of the object, on options that do not go together; when objects are to touch in
 /// different ways, are linked and balance forces at different times in a step, or cannot be brought into balance with
 /// others; and on links as share_links does

@@ -30,8 +30,7 @@ MovedSurface moved(LoadedSheet loaded) {
 /// The table of the ids of a sheet in its group of a checkpoint.
 std::string ids_of(const std::string& group) { return group + "/mesh/first_lattice_id_and_end"; }
 
-/// The chain of the burning paper: a sheet of quads heats, burns, shrinks and is cut, moves and cracks; it may enclose
-/// gas. Elements that have burnt away are removed from it now and then, see `ablation.compact_fraction`.
+/// See make_sheet_chain.
 class SheetChain : public Chain {
  public:
   explicit SheetChain(const Options& options) : options_(options) {}

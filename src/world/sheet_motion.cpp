@@ -232,7 +232,7 @@ void SheetMotion::begin_bodies(double fraction) {
   }
 }
 
-/// Of a sheet with a part in the balance. Collective.
+/// Takes the positions of a sheet with a part in the balance. Collective.
 StageResult SheetMotion::take_positions(const StepPart& part, Step& step) {
   StageResult result;
   step.motion_iterations += step.balance.linear_iterations;
@@ -274,7 +274,8 @@ const Eigen::Matrix3Xd& SheetMotion::forces_of(const Potential& potential) {
   return work_.forces;
 }
 
-/// Of the step, by the forces with which it has ended. To be called before the gas stage has ended. Collective.
+/// Adds the works of the step, by the forces with which it has ended. Must be called before the gas stage has ended.
+/// Collective.
 void SheetMotion::add_work() {
   const PetscInt owned = sheet_.particles.owned;
   const double phi = exact_share(fading_);
@@ -327,7 +328,7 @@ void SheetMotion::add_work() {
   if (body_contact_ != nullptr) {
     add(Work::bodies, forces_of(*body_contact_));
   }
-  // What moves pins does the work that no other force does on the particles that they hold.
+  // Pins that move work on the particles that they hold by the force that balances all others and the inertia.
   if (pins_move_) {
     add_spring_forces(all);
     for (PetscInt i = 0; i < owned; ++i) {
@@ -377,7 +378,7 @@ void SheetMotion::find_velocities(Step& step) {
       v.col(i) = (x.col(i) - start_.values().col(i)) / h_;
     }
   }
-  if (options_.time.tolerance > 0) {
+  if (options_.time.tolerance > 0) {  // By the largest error of implicit Euler of the particles that nothing holds.
     double error = 0;
     for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
       if (!constrained_[i]) {
@@ -401,23 +402,12 @@ void SheetMotion::leave_bodies(Step& step) {
   }
   step.loads = body_contact_->loads(state_.position);
   if (!is_static()) {
-    const double before = kinetic_energy();
+    const double before = kinetic_energy(sheet_, mass(), state_.velocity);
     body_contact_->rebound(state_.position, start_velocity_, mass_, state_.velocity, step.loads);
-    of(state_.work, Work::bodies) += kinetic_energy() - before;
+    of(state_.work, Work::bodies) += kinetic_energy(sheet_, mass(), state_.velocity) - before;
   }
 }
 
-/// Collective. [J]
-double SheetMotion::kinetic_energy() const {
-  double sum = 0;
-  for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
-    sum += state_.burning->mass.data()[i] / 2 * state_.velocity.vector(i).squaredNorm();
-  }
-  return sum_over_ranks(sheet_.comm(), sum);
-}
-
-/// Estimated error of the step as a fraction of the sheet's size: the largest TimeIntegrator::error, by implicit Euler,
-/// of the particles that nothing holds. Collective.
 WeaveStrain SheetMotion::weave_strain() const {
   return surface::weave_strain(sheet_, state_.position, state_.target_length, state_.burning->active);
 }

@@ -80,7 +80,6 @@ class SheetMotion : public MotionStage {
   /// Finds velocities from the positions at the end of the step (eq. 13 and 15), and the loads on bodies.
   virtual void find_velocities(Step& step);
 
-  double kinetic_energy() const;
   /// Begins the step of bodies whose pressing is balanced. @param fraction of the step at which forces are in balance
   void begin_bodies(double fraction);
   StageResult take_positions(const StepPart& part, Step& step);
@@ -100,7 +99,7 @@ class SheetMotion : public MotionStage {
   std::optional<SpringStress> spring_stress_;  ///< if the sheet can crack
   double usual_stiffness_;                     ///< of contact in steps of the deck's length [Pa/m]
   double stiffness_;                           ///< of contact in the present step [Pa/m]
-  // Of the local particles in the present step.
+  // Data of the present step, of the local particles unless stated otherwise.
   Field start_;                       ///< positions at the beginning [m]
   Field start_velocity_;              ///< [m/s]
   Eigen::Matrix3Xd unconstrained_;    ///< positions without springs and bodies [m]

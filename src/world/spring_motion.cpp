@@ -23,10 +23,10 @@ inline namespace world {
 
 namespace {
 
-/// Of a sheet without bodies.
+/// The bodies of a sheet that can meet none.
 const std::vector<Body> none;
 
-/// Of contact, in steps of the deck's length, for a sheet of this tensile stiffness [N/m] [Pa/m].
+/// The stiffness of contact in steps of the deck's length [Pa/m]. @param tensile_stiffness of the sheet [N/m]
 double stiffness_of_contact(const Sheet& sheet, const Options& options, double tensile_stiffness) {
   constexpr double strain = 0.05;  // as much as a sheet may bear
   const bool is_static = options.time.scheme == TimeScheme::statics;
@@ -71,7 +71,7 @@ class SpringMotion : public SheetMotion {
   SpringMotion(const Sheet& sheet, const Options& options, State& state, StageClock& clock, GasStage* gas,
                double contact_stiffness);
   void set_springs(std::unique_ptr<SpringSheet> springs);
-  /// What acts on the particles' positions beside the springs.
+  /// The potentials of the positions other than those of the springs: bodies, drag and weight, as far as there are any.
   std::vector<Potential*> others() const;
 
   StageResult begin_balance(Step& step) override;
@@ -289,14 +289,11 @@ void SpringMotion::begin_acceleration() {
 
 /// The drag of the air in the step to come. Collective. @param fraction of the step at which forces are in balance
 void SpringMotion::set_drag(double fraction) {
-  if (!air_) {
-    return;
+  if (air_) {
+    const double reach = fraction * h_;
+    air_->begin_step_within({start_, start_velocity_, mass_, state_.active_triangles(), state_.time + reach},
+                            *state_.acceleration, reach);
   }
-  Field position(sheet_.particles, 3);
-  Field velocity(sheet_.particles, 3);
-  position.values() = start_.values() + fraction * h_ * start_velocity_.values();
-  velocity.values() = start_velocity_.values() + fraction * h_ * state_.acceleration->values();
-  air_->begin_step({position, velocity, mass_, state_.active_triangles(), state_.time + fraction * h_});
 }
 
 void SpringMotion::write_end(Field& position) const {

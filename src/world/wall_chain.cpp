@@ -35,8 +35,7 @@ std::shared_ptr<const Surface> burnable(Membrane membrane, const Options& option
   return made;
 }
 
-/// The chain of the balloon paper: a wall of triangles with thickness encloses gas and moves; it heats, burns, is cut
-/// and cracks where something heats or strains it (balloon_burns).
+/// See make_wall_chain.
 class WallChain : public Chain {
  public:
   explicit WallChain(const Options& options) : options_(options) {}

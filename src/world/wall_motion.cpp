@@ -19,7 +19,7 @@ inline namespace world {
 
 namespace {
 
-/// Of contact, with the wall's means [Pa/m]. Collective.
+/// The stiffness of contact that suits the means of the wall [Pa/m]. Collective.
 double stiffness_of_contact(const Membrane& membrane, const Wall& wall, const Options& options) {
   std::array<double, 3> sums{};  // of area, of mass, of 6 mu h, the tension of rubber that is drawn out far
   for (PetscInt e = 0; e < membrane.elements.owned; ++e) {
@@ -186,15 +186,13 @@ void WallMotion::set_drag(double fraction) {
   if (!air_) {
     return;
   }
-  if (!integrator_.is_second_order()) {
-    air_->begin_step({state_.position, state_.velocity, {}, state_.active_triangles(), state_.time + h_});
-    return;
+  const double reach = fraction * h_;
+  const AirInput input{start_, start_velocity_, {}, state_.active_triangles(), state_.time + reach};
+  if (integrator_.is_second_order()) {
+    air_->begin_step_within(input, *state_.acceleration, reach);
+  } else {
+    air_->begin_step(input);
   }
-  Field position(membrane_.particles, 3);
-  Field velocity(membrane_.particles, 3);
-  position.values() = state_.position.values() + fraction * h_ * state_.velocity.values();
-  velocity.values() = state_.velocity.values() + fraction * h_ * state_.acceleration->values();
-  air_->begin_step({position, velocity, {}, nullptr, state_.time + fraction * h_});
 }
 
 StageResult WallMotion::take_balance(Step& step) {
@@ -223,7 +221,7 @@ StageResult WallMotion::take_balance(Step& step) {
   return result;
 }
 
-/// Of the step, by the forces with which it is in balance. Collective.
+/// Adds the works of the step, by the forces with which it is in balance. Collective.
 void WallMotion::add_work() {
   const StepWork work = potential_->work(state_.position, start_velocity_);
   std::array<double, 2> of_others{drag_ != nullptr ? potential_->work_of(*drag_, state_.position) : 0,
@@ -257,9 +255,9 @@ StageResult WallMotion::end(Step& step) {
     step.inverted = sum_over_ranks(membrane_.comm(), elements_.inverted(start_, state_.position));
   }
   if (bodies_.rebounds() && options_.time.scheme == TimeScheme::implicit_euler) {
-    const double before = kinetic_energy();
+    const double before = kinetic_energy(membrane_, mass(), state_.velocity);
     bodies_.rebound(state_.position, start_velocity_, mass_, state_.velocity, step.loads);
-    of(state_.work, Work::bodies) += kinetic_energy() - before;
+    of(state_.work, Work::bodies) += kinetic_energy(membrane_, mass(), state_.velocity) - before;
   }
   StepRecord record(state_.record);
   const double number = static_cast<double>(state_.step + 1);
@@ -300,15 +298,6 @@ double WallMotion::find_velocities() {
     }
   }
   return error;
-}
-
-/// Collective. [J]
-double WallMotion::kinetic_energy() const {
-  double sum = 0;
-  for (PetscInt i = 0; i < membrane_.particles.owned; ++i) {
-    sum += mass_[i] / 2 * state_.velocity.vector(i).squaredNorm();
-  }
-  return sum_over_ranks(membrane_.comm(), sum);
 }
 
 /// Sets mass and stiffness of the wall from what has burnt.
@@ -365,7 +354,7 @@ std::string WallMotion::progress(const Step& /*step*/) const {
 void WallMotion::report(Report& report, const Step& step) const {
   enum Sum { rubber, elastic, count };
   std::array<double, count> sums{};
-  // Of thickness, its ratio and an element's volume ratio: the largest values, and the negative of the least.
+  // The largest values, and the negatives of the least, of thickness, thickness ratio and an element's volume ratio.
   std::array<double, 6> maxima;
   maxima.fill(-HUGE_VAL);
   sums[rubber] = elements_.volume(state_.position, state_.thickness_ratio);

@@ -78,7 +78,6 @@ class WallMotion : public MotionStage {
   void set_drag(double fraction);
   void add_work();
   double find_velocities();
-  double kinetic_energy() const;
   void set_pressures(double time);
   bool has_left(PetscInt i) const { return state_.burning && state_.burning->mass.data()[i] == 0; }
 

@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "parallel/collective.h"
 #include "world/stage.h"
 
 namespace pellicle {
@@ -26,6 +27,14 @@ std::array<KindOfWork, kinds_of_work> kinds_of(const Options& options) {
 }
 
 }  // namespace
+
+double kinetic_energy(const Surface& surface, const double* mass, const Field& velocity) {
+  double sum = 0;
+  for (PetscInt i = 0; i < surface.particles.owned; ++i) {
+    sum += mass[i] / 2 * velocity.vector(i).squaredNorm();
+  }
+  return sum_over_ranks(surface.comm(), sum);
+}
 
 void report_work(Report& report, const Options& options, const Eigen::VectorXd& works) {
   Eigen::Index kind = 0;

@@ -2,6 +2,8 @@
 
 #include <Eigen/Core>
 
+#include "parallel/field.h"
+#include "surface/surface.h"
 #include "world/options.h"
 
 namespace pellicle {
@@ -25,6 +27,9 @@ constexpr int kinds_of_work = 7;
 
 /// An entry of a vector of works [J].
 inline double& of(Eigen::VectorXd& works, Work kind) { return works[static_cast<Eigen::Index>(kind)]; }
+
+/// The kinetic energy of an object [J]. Collective. @param mass of the owned particles [kg]
+double kinetic_energy(const Surface& surface, const double* mass, const Field& velocity);
 
 /// Adds the works that an object with these options can have, such as gravity_work. @param works since time 0 [J]
 void report_work(Report& report, const Options& options, const Eigen::VectorXd& works);

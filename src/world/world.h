@@ -41,16 +41,16 @@ class World {
   /// Makes a step of length h [s] and accepts it; undoes it where it does not converge.
   StepResult step(double h);
 
-  // The parts of `step`, for those who decide themselves what becomes of it.
+  // The parts of `step`, for callers that decide themselves whether a step is accepted.
 
-  /// Keeps a copy of the state ...
+  /// Keeps a copy of the state.
   void keep();
-  /// ... tries a step from it; where it does not converge, time and number of steps stay and the rest of the state may
-  /// be anything; ...
+  /// Tries a step of length h [s]. If it does not converge, time and number of steps stay and the rest of the state may
+  /// be anything.
   StepResult advance(double h);
-  /// ... accepts it, at a time that differs from time() by rounding alone, ...
+  /// Accepts the step that was tried, at a time that differs from time() by rounding alone.
   void accept(double time);
-  /// ... or restores the copy.
+  /// Restores the state that `keep` has copied.
   void restore();
 
   /// Why no further step can be made; empty as long as one can.
