@@ -11,30 +11,30 @@ inline namespace elastic {
 
 MassPart::MassPart(const Surface& surface, const std::vector<bool>& pinned, double tolerance, double usual_h,
                    const std::vector<Potential*>& others)
-    : surface_(surface),
-      tolerance_(tolerance),
+    : PartOfPotentials(surface.particles, surface.triangles, tolerance),
+      surface_(surface),
       inertia_(surface.particles),
-      potentials_{&inertia_},
-      projectors_(pinned.size()),
-      position_(surface.particles, 3) {
+      projectors_(pinned.size()) {
+  potentials_.push_back(&inertia_);
   potentials_.insert(potentials_.end(), others.begin(), others.end());
   for (std::size_t i = 0; i < pinned.size(); ++i) {
     if (pinned[i]) {
       projectors_.bind(i, Eigen::Matrix3d::Zero());
     }
   }
-  place_ = surface.rest.cols() > 0 ? surface.rest.cwiseAbs().maxCoeff() : 0;
-  place_ = max_over_ranks(surface.comm(), place_);
+  length_scale_ = surface.rest.cols() > 0 ? surface.rest.cwiseAbs().maxCoeff() : 0;
+  length_scale_ = max_over_ranks(surface.comm(), length_scale_);
   double mass =
       std::accumulate(surface.initial_mass.begin(), surface.initial_mass.begin() + surface.particles.owned, 0.0);
   mass = sum_over_ranks(surface.comm(), mass);
   mean_mass_ = mass / static_cast<double>(surface.particles.global);
   h_ = usual_h;
-  force_scale_ = mean_mass_ / (usual_h * usual_h) * place_;
+  force_scale_ = mean_mass_ / (usual_h * usual_h) * length_scale_;
 }
 
 double MassPart::rounding_of(double stiffness) const {
-  return 10 * std::numeric_limits<double>::epsilon() * std::sqrt(3.0 * surface_.particles.global) * stiffness * place_;
+  return 10 * std::numeric_limits<double>::epsilon() * std::sqrt(3.0 * surface_.particles.global) * stiffness *
+         length_scale_;
 }
 
 void MassPart::set_masses(const Field& positions, const MassInput& input) {
@@ -46,7 +46,7 @@ void MassPart::set_masses(const Field& positions, const MassInput& input) {
 
 void MassPart::begin(const Field& positions, const MassInput& input) {
   set_masses(positions, input);
-  sum_.forget();
+  forget();
   constrained_ = input.constrained;
   start_ = &input.start;
   position_.values() = positions.values();
@@ -61,24 +61,6 @@ bool MassPart::leaves_held_behind() {
     leaves = leaves || (constrained_[i] && position_.vector(i) != inertia_.free().col(i));
   }
   return on_any_rank(surface_.comm(), leaves);
-}
-
-void MassPart::move_to(const Field& position, const Eigen::VectorXd& /*own*/) {
-  if (on_any_rank(surface_.comm(), position_.values() != position.values())) {
-    position_.values() = position.values();
-    sum_.forget();
-  }
-}
-
-/// A removed particle has no forces but inertia.
-double MassPart::value() {
-  sum_.evaluate(potentials_, projectors_, position_, surface_.particles.owned);
-  return sum_over_ranks(surface_.comm(), sum_.value());
-}
-
-const Eigen::Matrix3Xd& MassPart::gradient() {
-  sum_.evaluate(potentials_, projectors_, position_, surface_.particles.owned);
-  return sum_.gradient();
 }
 
 }  // namespace elastic

@@ -4,8 +4,7 @@
 #include <vector>
 
 #include "elastic/inertia.h"
-#include "energies/potential_sum.h"
-#include "energies/step_part.h"
+#include "energies/part_of_potentials.h"
 #include "geometry/projectors.h"
 #include "parallel/field.h"
 #include "surface/surface.h"
@@ -28,7 +27,7 @@ struct MassInput {
 ///
 /// By itself it is a projected sheet with contact: x~ are the projected positions, and U is the contact with itself or
 /// other objects.
-class MassPart : public StepPart {
+class MassPart : public PartOfPotentials {
  public:
   /// The surface must outlive this object. Collective.
   /// @param pinned local particles that never move @param tolerance StepPart::tolerance
@@ -36,30 +35,16 @@ class MassPart : public StepPart {
   /// object
   MassPart(const Surface& surface, const std::vector<bool>& pinned, double tolerance, double usual_h,
            const std::vector<Potential*>& others);
-  MassPart(const MassPart&) = delete;  // Its potential points to it.
-  MassPart& operator=(const MassPart&) = delete;
 
   /// Begins a step. Collective.
   /// @param positions x~ [m], pinned particles in their places; ghosts up to date
   void begin(const Field& positions, const MassInput& input);
-  const Layout& vertices() const override { return surface_.particles; }
-  const std::vector<std::array<PetscInt, 3>>& triangles() const override { return surface_.triangles; }
   const Projectors& projectors() const override { return projectors_; }
-  const std::vector<Potential*>& potentials() const override { return potentials_; }
   const Field& start() const override { return *start_; }
-  const Field& position() const override { return position_; }
-  void move_to(const Field& position, const Eigen::VectorXd& own) override;
-  void forget() override { sum_.forget(); }
   bool leaves_held_behind() override;
-  double value() override;
-  const Eigen::Matrix3Xd& gradient() override;
-  const std::vector<double>& squared_forces() const override { return sum_.squares(); }
   void begin_tangent(Curvature /*curvature*/, double /*psd_blend*/) override {}
   bool blends() const override { return true; }
   bool suits_patches() const override { return false; }
-  double tolerance() const override { return tolerance_; }
-  double length_scale() const override { return place_; }
-  double force_scale() const override { return force_scale_; }
   /// Rounding of inertia, which is large in short steps.
   double rounding() const override { return rounding_of(mean_mass_ / (h_ * h_)); }
 
@@ -70,20 +55,14 @@ class MassPart : public StepPart {
   double rounding_of(double stiffness) const;
 
   const Surface& surface_;
-  double tolerance_;
   Inertia inertia_;
-  std::vector<Potential*> potentials_;
   Projectors projectors_;         ///< of the local particles: 0 where one is pinned
-  double place_ = 0;              ///< the largest coordinate of the undeformed sheet [m]
-  double force_scale_ = 0;        ///< size of forces on a particle, for the estimate of rounding [N]
   double mean_mass_ = 0;          ///< [kg]
   double h_;                      ///< of the step [s]
   const Field* start_ = nullptr;  ///< positions at the beginning of the step in progress
-  Field position_;
 
  private:
   std::vector<bool> constrained_;  ///< MassInput::constrained
-  PotentialSum sum_;               ///< of the potentials at the present position
 };
 
 }  // namespace elastic

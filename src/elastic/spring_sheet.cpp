@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "base/error.h"
 #include "base/handle.h"
 #include "parallel/collective.h"
 
@@ -79,7 +80,7 @@ void SpringSheet::set_scales() {
   const double inertia =
       sum_over_ranks(sheet_.comm(), 3 * std::accumulate(inertia_.stiffness().begin(), inertia_.stiffness().end(), 0.0));
   rest_stiffness_ = norm / std::sqrt(3.0 * sheet_.particles.global);
-  force_scale_ = rest_stiffness_ * place_;
+  force_scale_ = rest_stiffness_ * length_scale_;
   suits_patches_ = inertia > 0 && sum > worth_patches * inertia;
 }
 

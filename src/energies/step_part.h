@@ -30,8 +30,9 @@ class StepPart {
   virtual const Field& start() const = 0;
   /// Positions x, at the beginning of a step the first iterate of Newton's method; ghosts up to date.
   virtual const Field& position() const = 0;
-  /// Sets positions, ghosts up to date, and the part's own unknowns.
-  virtual void move_to(const Field& position, const Eigen::VectorXd& own) = 0;
+  /// Sets positions, ghosts up to date, and the part's own unknowns. @returns whether the positions are others, on any
+  /// rank
+  virtual bool move_to(const Field& position, const Eigen::VectorXd& own) = 0;
   /// Discards stored values at x, when a potential has changed.
   virtual void forget() {}
   /// Unknowns in addition to the positions, each divided by its scale, the same on all ranks: pressures of prescribed
@@ -84,6 +85,8 @@ class StepPart {
   /// Size of the part [m], and scale of its forces [N]. Not collective.
   virtual double length_scale() const = 0;
   virtual double force_scale() const = 0;
+  /// Scale of its stiffness where it is [N/m]. Collective.
+  virtual double stiffness_scale() { return force_scale() / length_scale(); }
   /// Whether the stiffness exceeds the inertia by so much that RigidPatches save time. Not collective.
   virtual bool suits_patches() const { return true; }
   /// Rounding in the last gradient, beyond that of the force scale [N]. Not collective.

@@ -1,7 +1,5 @@
 #include "energies/tangent.h"
 
-#include <petsc/private/matimpl.h>  // a matrix that takes another one's place must have another count of patterns
-
 #include <Eigen/LU>
 #include <algorithm>
 #include <utility>
@@ -250,9 +248,6 @@ void Tangent::make_assembled() {
   if (matrix_ == nullptr) {
     matrix_ = std::move(made);
   } else {
-    PetscObjectState state = 0;
-    check(MatGetNonzeroState(matrix_, &state));
-    pattern_state_ = state + 1;
     check(MatHeaderReplace(matrix_, made.slot()));
   }
   check(MatSetOption(matrix_, MAT_SYMMETRIC, PETSC_TRUE));
@@ -290,11 +285,6 @@ void Tangent::update(const Field& x, Curvature curvature) {
   }
   check(MatAssemblyBegin(matrix_, MAT_FINAL_ASSEMBLY));
   check(MatAssemblyEnd(matrix_, MAT_FINAL_ASSEMBLY));
-  if (pattern_state_ > 0) {
-    // A preconditioner makes its own pattern anew only if this count has grown. No public function raises the count for
-    // every type of matrix: MatZeroRows does for baij and aij, and sbaij has none.
-    Mat(matrix_)->nonzerostate = pattern_state_;
-  }
 }
 
 /// Adds the mean of the diagonal in constrained directions, and `definite_share` of it everywhere to a positive

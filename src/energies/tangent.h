@@ -33,7 +33,8 @@ class Tangent {
   Tangent& operator=(const Tangent&) = delete;
 
   /// Makes the rows anew if the sum of the potentials' pattern versions has changed: `matrix` stays the same object,
-  /// without values, but preconditioners and copies made from it become useless. Collective.
+  /// without values, but preconditioners and copies made from it become useless (LowRankSystem::forget_pattern).
+  /// Collective.
   /// @returns whether the pattern has changed
   bool renew_pattern();
   /// Calls Potential::update_pattern of the potentials at Newton's iterate x, and renews the pattern. Collective.
@@ -112,7 +113,6 @@ class Tangent {
   bool has_diagonal_ = false;              ///< whether `diagonal_` is that of the last update
   std::vector<Eigen::Matrix3d> inverse_;   ///< inverses of these blocks, when last computed
   MatHandle matrix_;
-  PetscObjectState pattern_state_ = 0;  ///< PETSc's count of patterns, by which preconditioners detect a new one
 };
 
 }  // namespace energies

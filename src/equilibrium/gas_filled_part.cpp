@@ -1,6 +1,7 @@
 #include "equilibrium/gas_filled_part.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "geometry/cross_matrix.h"
@@ -60,46 +61,54 @@ void PressureStiffness::add_hessian(const HessianBlocks& blocks) const {
   }
 }
 
-GasFilledPart::GasFilledPart(StepPart& part, const Chambers& chambers, const GasStep& gas_step, const Field& start,
-                             GasTangent tangent, std::function<void(Field&)> write_end)
-    : part_(part),
-      chambers_(chambers),
-      gas_step_(gas_step),
-      start_(start),
-      tangent_(tangent),
-      write_end_(std::move(write_end)),
-      stiffness_(chambers),
-      potentials_(part.potentials()),
-      gas_(std::make_shared<StepGas>(std::vector<StepGas::Part>{gas_part()})) {
-  potentials_.push_back(&stiffness_);
+GasFilledPart::GasFilledPart(StepPart& part, StepGas::Part gas, SetLoad set_load)
+    : ExtendedPart(part),
+      own_(std::move(gas)),
+      set_load_(std::move(set_load)),
+      stiffness_(*own_.chambers),
+      potentials_(part.potentials()) {
+  own_.position = &part.position();
+  own_.force_scale = part.force_scale();
+  gas_ = std::make_shared<StepGas>(std::vector<StepGas::Part>{own_});
+  if (!set_load_) {
+    potentials_.push_back(&stiffness_);
+    set_load_ = [this](std::vector<double> pressure) { stiffness_.set_pressure(std::move(pressure)); };
+  }
 }
 
 Eigen::Matrix3Xd GasFilledPart::forces_at(double time) {
-  StepGas gas({gas_part()});
+  StepGas gas({own_});
   gas.begin_step(time);
   return -gas.gradient(0);
 }
 
-void GasFilledPart::begin_step(const Eigen::VectorXd& pressure, double time, double h, double fraction) {
+void GasFilledPart::begin_step(const Eigen::VectorXd& pressure, double time_of_balance, double time, double h) {
   time_ = time;
   h_ = h;
-  gas_->begin_step(time - (1 - fraction) * h);
+  gas_->begin_step(time_of_balance);
   gas_->set_multiplier(number_, pressure(prescribed()));
   gas_->balance(number_, *this);
 }
 
+void GasFilledPart::set_time(double time) {
+  time_ = time;
+  gas_->set_time(time);
+}
+
 Eigen::VectorXd GasFilledPart::pressures() {
-  Eigen::VectorXd pressures(chambers_.count());
-  for (int chamber = 0; chamber < chambers_.count(); ++chamber) {
-    pressures[chamber] = gas_->states(number_)[chamber].pressure;
-  }
+  Eigen::VectorXd pressures(columns());
+  std::transform(gas_->states(number_).begin(), gas_->states(number_).end(), pressures.begin(),
+                 [](const GasState& state) { return state.pressure; });
   return pressures;
 }
 
-void GasFilledPart::move_to(const Field& position, const Eigen::VectorXd& own) {
-  part_.move_to(position, {});
-  gas_->move();
+bool GasFilledPart::move_to(const Field& position, const Eigen::VectorXd& own) {
+  const bool moves = part_.move_to(position, {});
+  if (moves) {
+    gas_->move();
+  }
   gas_->set_multiplier(number_, own.cwiseProduct(pressure_scales()));
+  return moves;
 }
 
 const Eigen::Matrix3Xd& GasFilledPart::gradient() {
@@ -115,11 +124,17 @@ const Eigen::Matrix3Xd& GasFilledPart::gradient() {
 void GasFilledPart::begin_tangent(Curvature curvature, double psd_blend) {
   part_.begin_tangent(curvature, psd_blend);
   stiffness_.set_psd_blend(psd_blend);
-  stiffness_.set_pressure(gas_->load_pressure(number_));
+  set_load_(gas_->load_pressure(number_));
   left_ = curvature == Curvature::psd ? 0 : 1 - psd_blend;
 }
 
-LowRank GasFilledPart::dense_tangent() { return projected(gas_->begin_tangent(number_, left_), projectors()); }
+double GasFilledPart::stiffness_scale() {
+  double scale = part_.stiffness_scale();
+  for (const GasState& gas : gas_->states(number_)) {
+    scale += std::abs(gas.pressure) * std::cbrt(std::abs(gas.volume));
+  }
+  return scale;
+}
 
 }  // namespace equilibrium
 }  // namespace pellicle

@@ -283,10 +283,8 @@ void ImplicitStep::update_jacobian() {
     if (factor_) {
       factor_->forget_pattern();
     }
-    if (positive_ != nullptr) {
-      system_.precondition_from(system_.sparse());
-      positive_ = {};
-    }
+    positive_ = {};
+    system_.forget_pattern();
   }
   const bool renews_patches = patches_ && !is_factorised_ && patches_->due();
   if (renews_patches || positive_ != nullptr) {

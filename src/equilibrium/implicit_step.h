@@ -34,7 +34,7 @@ struct ImplicitResult {
 };
 
 /// Makes the objective of a step stationary, by SNES and KSP of prefix `prism_`: for a balloon its wall and its gas
-/// (balloon paper, eq. 18 to 23; StepPotential), or all objects that touch each other.
+/// (balloon paper, eq. 18 to 23; WallPart, GasFilledPart), or all objects that touch each other.
 ///
 /// Newton's steps are halved until no element turns over in one and the objective falls (docs/theory.md); where the
 /// tangent is not positive definite, until it is below the largest of its last eight values (Grippo, Lampariello and

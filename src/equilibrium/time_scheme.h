@@ -54,6 +54,8 @@ class TimeIntegrator {
   const std::optional<double>& arc_length() const { return arc_length_; }
   /// Whether the method continues with accelerations and its error is of order h^2; otherwise h.
   bool is_second_order() const { return is_second_order_; }
+  /// Time by which the loads go on in a step [s]: by arc length 0, as their time follows.
+  double load_step(double h) const { return arc_length_ ? 0 : h; }
   /// s
   double fraction() const { return 1 - alpha_f_; }
   /// k [1/s^2]

@@ -91,20 +91,42 @@ Eigen::VectorXd LowRankSystem::project(Vec x) const {
   return components;
 }
 
-void LowRankSystem::precondition_from(Mat matrix) {
-  Mat system = nullptr;
-  check(KSPGetOperators(solver_, &system, nullptr));
-  check(KSPSetOperators(solver_, system, matrix));
+/// The solver, and the smoother of its multigrid, which keeps the operators that it has.
+std::vector<KSP> LowRankSystem::solvers() const {
+  std::vector<KSP> solvers{solver_};
   PC pc = nullptr;
   PetscBool is_multigrid = PETSC_FALSE;
   check(KSPGetPC(solver_, &pc));
   check(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(pc), PCMG, &is_multigrid));
-  if (is_multigrid == PETSC_TRUE) {  // Its smoother keeps the operators that it has.
+  if (is_multigrid == PETSC_TRUE) {
     PetscInt levels = 0;
-    KSP smoother = nullptr;
     check(PCMGGetLevels(pc, &levels));
-    check(PCMGGetSmoother(pc, levels - 1, &smoother));
-    check(KSPSetOperators(smoother, system, matrix));
+    check(PCMGGetSmoother(pc, levels - 1, &solvers.emplace_back()));
+  }
+  return solvers;
+}
+
+void LowRankSystem::precondition_from(Mat matrix) {
+  Mat system = nullptr;
+  check(KSPGetOperators(solver_, &system, nullptr));
+  for (KSP solver : solvers()) {
+    check(KSPSetOperators(solver, system, matrix));
+  }
+}
+
+void LowRankSystem::forget_pattern() {
+  // PETSc asks for the count of a matrix's patterns, which need not be larger in the new one. It forgets the count with
+  // the matrix.
+  MatHandle other;
+  check(MatCreateShell(PetscObjectComm(reinterpret_cast<PetscObject>(sparse_)), rows_, rows_, PETSC_DETERMINE,
+                       PETSC_DETERMINE, nullptr, other.create()));
+  for (KSP solver : solvers()) {
+    Mat system = nullptr;
+    check(KSPGetOperators(solver, &system, nullptr));
+    if (system != nullptr) {  // of a smoother after its first use
+      check(KSPSetOperators(solver, system, other));
+      check(KSPSetOperators(solver, system, sparse_));
+    }
   }
 }
 

@@ -62,9 +62,12 @@ class LowRankSystem {
   bool solves_sparse_alone() const { return solves_sparse_alone_; }
   /// Makes the preconditioner from a matrix other than T from now on; not with a solver that works with T alone.
   void precondition_from(Mat matrix);
+  /// Has the preconditioner made anew from T, which has got another pattern. Collective.
+  void forget_pattern();
 
  private:
   LinearResult solve_by_woodbury(Vec right_hand_side, Vec solution);
+  std::vector<KSP> solvers() const;
   void make_basis();
   void multiply(Vec x, Vec y);
 

@@ -99,13 +99,19 @@ double velocity_damping(const Options& options) {
   return options.force.damping.value_or(options.dynamics == Dynamics::elastic ? 0 : of_projection);
 }
 
-bool balloon_burns(const Options& options) {
+namespace {
+
+/// Whether anything heats or tears an object.
+bool heats_or_tears(const Options& options) {
   const HeatOptions& heat = options.heat;
-  return options.chain == ChainKind::inflate &&
-         (!heat.sources.empty() || heat.convection > 0 || heat.emissivity > 0 || options.ablation.strength ||
-          options.wall.strength || exchange_heat(options.bodies) ||
-          heat.initial_temperature > options.combustion.ignition_temperature);
+  return !heat.sources.empty() || heat.convection > 0 || heat.emissivity > 0 || options.ablation.strength ||
+         options.wall.strength || exchange_heat(options.bodies) ||
+         heat.initial_temperature > options.combustion.ignition_temperature;
 }
+
+}  // namespace
+
+bool balloon_burns(const Options& options) { return options.chain == ChainKind::inflate && heats_or_tears(options); }
 
 bool balances_bodies(const Options& options) {
   return options.chain == ChainKind::inflate || options.dynamics != Dynamics::projection || options.contact.self;
@@ -343,7 +349,7 @@ void describe_exclusions(OptionTable& table, const Options& options) {
     return options.time.scheme == TimeScheme::generalized_alpha &&
            (inflates() || options.dynamics != Dynamics::projection);
   };
-  const auto is_path = [&options, inflates] { return inflates() && options.time.arc_length.has_value(); };
+  const auto is_path = [&options] { return options.time.arc_length.has_value(); };
   const auto burns = [&options] { return balloon_burns(options); };
   const auto keeps_wall_volume = [&options, inflates] {
     return inflates() && options.wall.thickness_rule == WallThickness::global_volume;
@@ -366,7 +372,8 @@ void describe_exclusions(OptionTable& table, const Options& options) {
   exclude(alpha, fire, "implicit_euler", is_alpha, burns);
   exclude(alpha, global, "implicit_euler", is_alpha, keeps_wall_volume);
   exclude(alpha, volume, "implicit_euler", is_alpha, prescribes_volume);
-  exclude(path, fire, "none", is_path, burns);
+  exclude(path, "an object that heats, burns or tears", "none", is_path,
+          [&options] { return heats_or_tears(options); });
   exclude(path, global, "none", is_path, keeps_wall_volume);
   exclude(path, volume, "none", is_path, prescribes_volume);
   exclude(path, "force.air_density", "none", is_path, [&options] { return options.force.air.density > 0; });
@@ -379,8 +386,8 @@ void describe_exclusions(OptionTable& table, const Options& options) {
       alpha, "dynamics: projection, whose springs have no forces", "implicit_euler",
       [&options] { return options.time.scheme == TimeScheme::generalized_alpha; },
       [&options, is_sheet] { return is_sheet() && options.dynamics == Dynamics::projection; });
-  exclude(
-      path, "chain: burn", "none", [&options] { return options.time.arc_length.has_value(); }, is_sheet);
+  exclude(path, "dynamics: projection, whose springs have no forces", "none", is_path,
+          [&options, is_sheet] { return is_sheet() && options.dynamics == Dynamics::projection; });
   exclude(
       "time.scheme: statics of a sheet", "gas that flows or has weight", "implicit_euler",
       [&options, is_sheet] { return is_sheet() && options.time.scheme == TimeScheme::statics; },

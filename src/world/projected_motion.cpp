@@ -69,7 +69,7 @@ class ProjectedMotion : public SheetMotion {
   ProjectedMotion(const Sheet& sheet, const Options& options, State& state, StageClock& clock, Textures& textures,
                   GasStage* gas);
 
-  StepPart* part() override { return masses_.get(); }
+  StepPart* part() override { return masses_ ? &*masses_ : nullptr; }
   GasFilled* gas() override { return gas_coupling_ ? &*gas_coupling_ : nullptr; }
   void choose_pressures() override;
   StageResult move(bool& is_done) override;
@@ -102,7 +102,7 @@ class ProjectedMotion : public SheetMotion {
 
   BodyCorrection bodies_;  ///< none if the forces of bodies are brought into balance
   SuccessiveProjection projection_;
-  std::unique_ptr<MassPart> masses_;          ///< null: the sheet touches nothing
+  std::optional<MassPart> masses_;            ///< if the sheet touches itself or others
   std::optional<GasCoupling> gas_coupling_;   ///< if the sheet has chambers
   std::optional<PressureImpulse> impulse_;    ///< of the gas in the step in progress
   std::array<std::vector<double>, 4> force_;  ///< of the owned springs in the last step, if anything asks for it [N]
@@ -132,7 +132,7 @@ ProjectedMotion::ProjectedMotion(const Sheet& sheet, const Options& options, Sta
     if (body_contact_ != nullptr) {
       pressing.push_back(body_contact_.get());
     }
-    masses_ = std::make_unique<MassPart>(sheet, pins_.pinned(), options.elastic.snes_rtol, options.time.step, pressing);
+    masses_.emplace(sheet, pins_.pinned(), options.elastic.snes_rtol, options.time.step, pressing);
   }
   if (gas != nullptr) {
     end_ = Field(sheet.particles, 3);
@@ -151,7 +151,7 @@ StageResult ProjectedMotion::begin_balance(Step& step) {
   moved_ = {};
   contacts_ = 0;
   projections_ = 0;
-  if (masses_ == nullptr) {
+  if (!masses_) {
     return moved_;
   }
   if (waits_for_gas()) {  // It stays at its start until it has been projected, see move.
@@ -178,7 +178,7 @@ void ProjectedMotion::begin_masses(const Field& positions) {
   if (body_contact_ != nullptr) {
     body_contact_->set_stiffness(stiffness_);
   }
-  begin_bodies(1);
+  begin_bodies();
   masses_->begin(positions, {mass_, constrained_, start_, h_});
 }
 
@@ -191,7 +191,7 @@ void ProjectedMotion::choose_pressures() {
 /// A sheet that contact has strained beyond its limit is projected again from where contact has moved it, as often as
 /// the limit has steps.
 StageResult ProjectedMotion::move(bool& is_done) {
-  if (masses_ == nullptr) {
+  if (!masses_) {
     return project(is_done);
   }
   if (waits_for_gas()) {
@@ -274,7 +274,7 @@ StageResult ProjectedMotion::find_positions(Step& step) {
   step.contacts = contacts_;
   step.constraint_error = moved_.error;
   step.projected = projection_.monitored();
-  if (masses_ == nullptr) {
+  if (!masses_) {
     return moved_;
   }
   if (impulse_) {

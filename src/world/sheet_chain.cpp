@@ -143,6 +143,9 @@ std::unique_ptr<State> SheetChain::make_state(const Surface& surface, int chambe
   if (options_.time.scheme == TimeScheme::generalized_alpha) {
     state->add_acceleration();
   }
+  if (options_.time.arc_length) {
+    state->add_path();
+  }
   if (gas_is_joined(options_)) {
     state->add_gas(chambers, static_cast<int>(options_.gas.links.size()));
   }

@@ -109,12 +109,13 @@ void draw_springs(Picture& picture, const Sheet& sheet, const State& state, doub
 }  // namespace
 
 SheetMotion::SheetMotion(const Sheet& sheet, const Options& options, State& state, StageClock& clock, GasStage* gas,
-                         double contact_stiffness)
+                         double contact_stiffness, const TimeIntegrator& integrator)
     : sheet_(sheet),
       options_(options),
       state_(state),
       clock_(clock),
       gas_(gas),
+      integrator_(integrator),
       pins_(sheet, options.pins, state.pin),
       pins_move_(
           std::any_of(options.pins.begin(), options.pins.end(), [](const auto& pin) { return pin.second.moves(); })),
@@ -189,7 +190,7 @@ void SheetMotion::move_freely() {
     air_->accelerate(state_.velocity, mass_, h_);
   }
   x += h_ * v;
-  pins_.impose(state_.position, state_.time + h_);
+  pins_.impose(state_.position, end_of_loads());
   if (sheet_.layers == 1 && gas_ != nullptr) {
     follow_corners(sheet_, state_.position);
   }
@@ -225,10 +226,11 @@ void SheetMotion::push_by_weights_of_gas() {
   }
 }
 
-void SheetMotion::begin_bodies(double fraction) {
+void SheetMotion::begin_bodies() {
   if (body_contact_ != nullptr) {
+    const double fraction = integrator_.fraction();
     body_contact_->set_surface(constrained_, state_.active_triangles());
-    body_contact_->begin_step(start_, state_.time + fraction * h_, fraction * h_);
+    body_contact_->begin_step(start_, state_.time_of_loads() + fraction * integrator_.load_step(h_), fraction * h_);
   }
 }
 
@@ -283,7 +285,7 @@ void SheetMotion::add_work() {
   Eigen::Matrix3Xd& forces = work_.forces;
   Eigen::Matrix3Xd& all = work_.all;
   Eigen::VectorXd& works = work_.works;
-  moved = (state_.position.values() - start_.values()).leftCols(owned) / fraction_of_balance();
+  moved = (state_.position.values() - start_.values()).leftCols(owned) / integrator_.fraction();
   all.setZero(3, owned);
   works.setZero(kinds_of_work);
   const auto add = [&](Work kind, const Eigen::Matrix3Xd& added) {

@@ -11,6 +11,7 @@
 #include "base/stage_clock.h"
 #include "constraints/pins.h"
 #include "contact/body_contact.h"
+#include "equilibrium/time_scheme.h"
 #include "surface/sheet.h"
 #include "surface/weave_strain.h"
 #include "world/gas_stage.h"
@@ -50,7 +51,7 @@ class SheetMotion : public MotionStage {
   /// @param contact_stiffness of contact in steps of the deck's length, unless the deck has one [Pa/m]
   /// @param gas of the sheet; null: it has no chambers
   SheetMotion(const Sheet& sheet, const Options& options, State& state, StageClock& clock, GasStage* gas,
-              double contact_stiffness);
+              double contact_stiffness, const TimeIntegrator& integrator = {});
 
   /// Begins the balance or the projection from the free positions in the state.
   virtual StageResult begin_balance(Step& step) = 0;
@@ -67,12 +68,11 @@ class SheetMotion : public MotionStage {
   /// Names a body that the sheet is too deep in; empty: there is none.
   virtual std::string body_fault(const Step& step) const = 0;
   /// Whether each step ends at rest.
-  virtual bool is_static() const { return false; }
-
+  bool is_static() const { return integrator_.is_static(); }
+  /// Time of the loads at the end of the step [s].
+  double end_of_loads() const { return state_.time_of_loads() + integrator_.load_step(h_); }
   /// Moves the particles by their velocities without springs, bodies and gas (burning paper, eq. 8 and 9).
   virtual void move_freely();
-  /// The fraction of the step at which forces are in balance.
-  virtual double fraction_of_balance() const { return 1; }
   /// Velocity of an owned particle where forces are in balance [m/s]. Not collective.
   virtual Eigen::Vector3d velocity_of_balance(PetscInt i) const;
   /// Moves the sheet from where forces are in balance to the end of the step.
@@ -80,8 +80,8 @@ class SheetMotion : public MotionStage {
   /// Finds velocities from the positions at the end of the step (eq. 13 and 15), and the loads on bodies.
   virtual void find_velocities(Step& step);
 
-  /// Begins the step of bodies whose pressing is balanced. @param fraction of the step at which forces are in balance
-  void begin_bodies(double fraction);
+  /// Begins the step of bodies whose pressing is balanced.
+  void begin_bodies();
   StageResult take_positions(const StepPart& part, Step& step);
   /// Forces of a potential on the owned particles, kept until the next call [N].
   const Eigen::Matrix3Xd& forces_of(const Potential& potential);
@@ -91,6 +91,7 @@ class SheetMotion : public MotionStage {
   State& state_;
   StageClock& clock_;
   GasStage* gas_;
+  TimeIntegrator integrator_;
   Pins pins_;
   bool pins_move_;                             ///< some are led along paths
   std::unique_ptr<BodyContact> body_contact_;  ///< bodies whose pressing is brought into balance; null: there are none

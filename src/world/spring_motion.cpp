@@ -14,6 +14,7 @@
 #include "elastic/spring_sheet.h"
 #include "energies/vertex_potential.h"
 #include "equilibrium/gas_filled_part.h"
+#include "equilibrium/path_part.h"
 #include "parallel/collective.h"
 #include "world/sheet_motion.h"
 #include "world/textures.h"
@@ -59,7 +60,7 @@ class SpringMotion : public SheetMotion {
   void update_derived() override;
   void report(Report& report, const Step& step) const override;
 
-  StepPart* part() override { return filled_ ? static_cast<StepPart*>(&*filled_) : springs_.get(); }
+  StepPart* part() override { return part_; }
   GasFilled* gas() override { return filled_ ? &*filled_ : nullptr; }
   std::string start_fault() const override { return body_contact_ != nullptr ? body_contact_->start_fault() : ""; }
   std::string passed_limit() const override;
@@ -81,9 +82,7 @@ class SpringMotion : public SheetMotion {
   double viscous_work() const override;
   void leave_bodies(Step& step) override;
   std::string body_fault(const Step& /*step*/) const override { return ""; }
-  bool is_static() const override { return integrator_.is_static(); }
   void move_freely() override;
-  double fraction_of_balance() const override { return integrator_.fraction(); }
   Eigen::Vector3d velocity_of_balance(PetscInt i) const override;
   void move_to_end() override;
   void find_velocities(Step& step) override;
@@ -98,13 +97,14 @@ class SpringMotion : public SheetMotion {
   void set_drag(double fraction);
   void write_end(Field& position) const;
 
-  TimeIntegrator integrator_;
   Field y_v_;        ///< of generalized alpha (TimeIntegrator)
   double pull_ = 0;  ///< of generalized alpha: inertia and damping pull by mass times this [1/s^2]
 
   std::unique_ptr<Potential> weight_;    ///< in a step of statics; else null
   std::unique_ptr<Potential> drag_;      ///< null: there is no air
   std::optional<GasFilledPart> filled_;  ///< if the sheet has chambers
+  std::optional<PathPart> path_;         ///< by arc length
+  StepPart* part_ = nullptr;             ///< the springs, with gas and along the path
   std::vector<double> holding_;          ///< of statics, in place of masses [kg]
   std::vector<double> stiffness_factor_;
 };
@@ -139,7 +139,7 @@ SpringMotion::SpringMotion(const Sheet& sheet, const Options& options, State& st
 
 SpringMotion::SpringMotion(const Sheet& sheet, const Options& options, State& state, StageClock& clock, GasStage* gas,
                            double contact_stiffness)
-    : SheetMotion(sheet, options, state, clock, gas, contact_stiffness), integrator_(integrator_of(options.time)) {
+    : SheetMotion(sheet, options, state, clock, gas, contact_stiffness, integrator_of(options.time)) {
   drag_is_balanced_ = true;
   if (integrator_.is_second_order()) {
     y_v_ = Field(sheet.particles, 3);
@@ -159,13 +159,30 @@ SpringMotion::SpringMotion(const Sheet& sheet, const Options& options, State& st
 
 void SpringMotion::set_springs(std::unique_ptr<SpringSheet> springs) {
   springs_ = std::move(springs);
+  part_ = springs_.get();
   if (gas_ != nullptr) {
-    std::function<void(Field&)> end;
+    StepGas::Part own{"", &gas_->chambers(), &gas_->step(), &start_, nullptr, options_.gas.tangent};
     if (integrator_.is_second_order()) {
-      end = [this](Field& position) { write_end(position); };
+      own.write_end = [this](Field& position) { write_end(position); };
     }
-    filled_.emplace(*springs_, gas_->chambers(), gas_->step(), start_, options_.gas.tangent, end);
+    filled_.emplace(*part_, own);
     gas_->set_filled(*filled_);
+    part_ = &*filled_;
+  }
+  if (integrator_.arc_length()) {
+    PathPart::Loads loads;
+    loads.set_time = [this](double time) {
+      springs_->forget();
+      if (body_contact_ != nullptr) {
+        body_contact_->set_time(time, h_);
+      }
+      if (filled_) {
+        filled_->set_time(time);
+      }
+    };
+    loads.move_pinned = [this](Field& position, double time) { pins_.impose(position, time); };
+    path_.emplace(*part_, std::move(loads), sheet_.initial_mass, *integrator_.arc_length());
+    part_ = &*path_;
   }
 }
 
@@ -308,10 +325,14 @@ StageResult SpringMotion::begin_balance(Step& step) {
     holding_.assign(mass_.size(), springs_->holding_stiffness() * h_ * h_);
   }
   const auto timer = clock_.time("projection");
-  begin_bodies(integrator_.fraction());
+  begin_bodies();
   springs_->begin(state_.position, input(step.h));
   if (filled_) {
-    filled_->begin_step(state_.pressure, state_.time + step.h, step.h, integrator_.fraction());
+    filled_->begin_step(state_.pressure, end_of_loads() - (1 - integrator_.fraction()) * step.h, end_of_loads(),
+                        step.h);
+  }
+  if (path_) {
+    path_->begin_step(state_.time_of_loads(), step.h, *state_.direction);
   }
   return {};
 }
@@ -323,6 +344,10 @@ StageResult SpringMotion::find_positions(Step& step) {
   }
   if (filled_) {
     state_.pressure = filled_->pressures();
+  }
+  if (path_) {
+    *state_.load_time = path_->time();
+    path_->write_direction(state_.position, *state_.direction);
   }
   return result;
 }
@@ -406,6 +431,9 @@ const std::vector<Body>& SpringMotion::bodies() const {
 void SpringMotion::report(Report& report, const Step& step) const {
   SheetMotion::report(report, step);
   report.add("elastic_energy", "J", springs_->elastic_energy(state_.position));
+  if (path_) {
+    report.add("load_time", "s", *state_.load_time);
+  }
 }
 
 ElasticMotion::ElasticMotion(const Sheet& sheet, const Options& options, State& state, StageClock& clock,

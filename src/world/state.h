@@ -74,7 +74,7 @@ struct State : FieldRegistry {
   std::vector<bool>* loads = nullptr;    ///< whether each load acts on each local vertex (PointLoads::chosen)
   Field* acceleration = nullptr;         ///< of generalized alpha, which is not exactly that of this moment [m/s^2]
   double* load_time = nullptr;           ///< by arc length: time of the loads [s]
-  Field* direction = nullptr;            ///< by arc length: of the last step, see StepPotential::write_direction
+  Field* direction = nullptr;            ///< by arc length: of the last step, see PathPart::write_direction
 
   /// Time at which pressures, places of pins and other loads are taken [s].
   double time_of_loads() const { return load_time != nullptr ? *load_time : time; }

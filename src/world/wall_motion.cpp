@@ -81,8 +81,8 @@ WallMotion::WallMotion(const Membrane& membrane, const Options& options, State& 
   if (options.force.air.density > 0) {
     air_.emplace(membrane, options.force.air);
     drag_ = make_drag_potential(
-        membrane.particles, *air_, start_, [this] { return potential_->rate(); },
-        [this](PetscInt i) { return potential_->y_v(i); });
+        membrane.particles, *air_, start_, [this] { return wall_part_->rate(); },
+        [this](PetscInt i) { return wall_part_->y_v(i); });
   }
   if (gas.uneven_forces() != nullptr) {
     buoyancy_ = make_vertex_potential(membrane.particles, [this](PetscInt i, const Eigen::Vector3d& x) {
@@ -96,8 +96,7 @@ WallMotion::WallMotion(const Membrane& membrane, const Options& options, State& 
   }
   // It is made for the wall as it was, whatever has happened to it.
   elements_.set_burnt({}, {});
-  BalloonModel model{elements_, gas.chambers(),        gas.step(),         supports.constraints, supports.pins, loads_,
-                     mass_,     options.force.gravity, options.gas.tangent};
+  WallModel model{elements_, supports.constraints, supports.pins, loads_, mass_, options.force.gravity};
   if (bending_) {
     model.others.push_back(&*bending_);
   }
@@ -109,8 +108,29 @@ WallMotion::WallMotion(const Membrane& membrane, const Options& options, State& 
   if (!bodies_.empty()) {
     model.bodies = &bodies_;
   }
-  potential_.emplace(model, options.prism, integrator_);
-  gas.set_filled(*potential_);
+  wall_part_.emplace(model, options.prism, integrator_);
+  part_ = &*wall_part_;
+  if (gas.chambers().count() > 0) {
+    StepGas::Part own{"", &gas.chambers(), &gas.step(), &wall_part_->start(), nullptr, options.gas.tangent};
+    own.write_end = [this](Field& position) { wall_part_->write_end(position); };
+    filled_.emplace(*part_, own, [this](std::vector<double> pressure) {
+      wall_part_->set_load(std::move(pressure), gas_.chambers().rims().sides());
+    });
+    gas.set_filled(*filled_);
+    part_ = &*filled_;
+  }
+  if (integrator_.arc_length()) {
+    PathPart::Loads loads;
+    loads.set_time = [this](double time) {
+      wall_part_->set_time(time);
+      if (filled_) {
+        filled_->set_time(time);
+      }
+    };
+    loads.move_pinned = [this](Field& position, double time) { supports_.pins.impose(position, time); };
+    path_.emplace(*part_, std::move(loads), mass_, *integrator_.arc_length());
+    part_ = &*path_;
+  }
   if (wall_.preserve_volume) {
     volume_preservation_ = std::make_unique<VolumePreservation>(membrane, wall_, projectors, options.volume);
   }
@@ -159,12 +179,22 @@ StageResult WallMotion::begin(Step& step) {
   bodies_.set_surface(still, state_.active_triangles());
   begin_acceleration();
   set_drag(integrator_.fraction());
-  potential_->begin_step(state_.position, state_.pressure, start_of_step());
+  StepStart start = start_of_step();
+  if (path_) {  // The first x is the start.
+    start.velocity = nullptr;
+  }
+  wall_part_->begin_step(state_.position, start);
+  if (filled_) {
+    filled_->begin_step(state_.pressure, wall_part_->time(), start.time + integrator_.load_step(h_), h_);
+  }
+  if (path_) {
+    path_->begin_step(start.time, h_, *state_.direction);
+  }
   return {};
 }
 
 StepStart WallMotion::start_of_step() const {
-  return {state_.velocity, state_.thickness_ratio, state_.time_of_loads(), h_, state_.acceleration, state_.direction};
+  return {&state_.velocity, state_.thickness_ratio, state_.time_of_loads(), h_, state_.acceleration};
 }
 
 /// The accelerations from which the first step goes on, if they count. Collective.
@@ -175,8 +205,15 @@ void WallMotion::begin_acceleration() {
   state_.acceleration->values().setZero();
   set_drag(0);
   const double share_of_step = std::exchange(gas_.step().h, 0);
-  const Eigen::Matrix3Xd acceleration = potential_->acceleration(state_.position, start_of_step());
-  state_.acceleration->values().leftCols(acceleration.cols()) = acceleration;
+  Eigen::Matrix3Xd force = wall_part_->forces_at(state_.position, start_of_step());
+  if (filled_) {
+    Eigen::Matrix3Xd of_gas = filled_->forces_at(state_.time_of_loads());
+    supports_.constraints.projectors().apply(of_gas);
+    force += of_gas;
+  }
+  for (PetscInt i = 0; i < membrane_.particles.owned; ++i) {
+    state_.acceleration->vector(i) = force.col(i) / mass_[i];
+  }
   state_.acceleration->update_ghosts();
   gas_.step().h = share_of_step;
 }
@@ -200,10 +237,13 @@ StageResult WallMotion::take_balance(Step& step) {
   StageResult result;
   step.newton_iterations = step.balance.newton_iterations;
   step.motion_iterations = step.balance.linear_iterations;
-  result.reason = potential_->end_step(state_.position, state_.pressure);
+  result.reason = wall_part_->end_step(state_.position);
+  if (filled_) {
+    state_.pressure(filled_->prescribed()) = filled_->multiplier();
+  }
   if (result.reason.empty()) {
-    result.reason = bodies_.fault(potential_->position());
-    step.loads = bodies_.loads(potential_->position());
+    result.reason = bodies_.fault(part_->position());
+    step.loads = bodies_.loads(part_->position());
   }
   result.converged = result.reason.empty();
   if (!result.converged) {
@@ -223,9 +263,13 @@ StageResult WallMotion::take_balance(Step& step) {
 
 /// Adds the works of the step, by the forces with which it is in balance. Collective.
 void WallMotion::add_work() {
-  const StepWork work = potential_->work(state_.position, start_velocity_);
-  std::array<double, 2> of_others{drag_ != nullptr ? potential_->work_of(*drag_, state_.position) : 0,
-                                  buoyancy_ != nullptr ? potential_->work_of(*buoyancy_, state_.position) : 0};
+  std::optional<Eigen::Matrix3Xd> of_gas;
+  if (filled_) {
+    of_gas = filled_->pressure_forces();
+  }
+  const StepWork work = wall_part_->work(state_.position, start_velocity_, of_gas ? &*of_gas : nullptr);
+  std::array<double, 2> of_others{drag_ != nullptr ? wall_part_->work_of(*drag_, state_.position) : 0,
+                                  buoyancy_ != nullptr ? wall_part_->work_of(*buoyancy_, state_.position) : 0};
   of_others = sum_over_ranks(membrane_.comm(), of_others);
   of(state_.work, Work::gravity) += work.gravity;
   of(state_.work, Work::damping) += work.damping;
@@ -246,12 +290,12 @@ StageResult WallMotion::end(Step& step) {
   }
   {
     const auto timer = clock_.time("velocity");
-    if (integrator_.arc_length()) {
-      *state_.load_time = potential_->time();
-      potential_->write_direction(state_.position, *state_.direction);
+    if (path_) {
+      *state_.load_time = path_->time();
+      path_->write_direction(state_.position, *state_.direction);
     }
     set_pressures(state_.load_time != nullptr ? *state_.load_time : state_.time + h_);
-    step.error = max_over_ranks(membrane_.comm(), find_velocities() / potential_->length_scale());
+    step.error = max_over_ranks(membrane_.comm(), find_velocities() / part_->length_scale());
     step.inverted = sum_over_ranks(membrane_.comm(), elements_.inverted(start_, state_.position));
   }
   if (bodies_.rebounds() && options_.time.scheme == TimeScheme::implicit_euler) {

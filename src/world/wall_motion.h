@@ -11,7 +11,9 @@
 #include "constraints/pins.h"
 #include "constraints/point_loads.h"
 #include "contact/body_contact.h"
-#include "equilibrium/step_potential.h"
+#include "equilibrium/gas_filled_part.h"
+#include "equilibrium/path_part.h"
+#include "equilibrium/wall_part.h"
 #include "prism/prism_elements.h"
 #include "prism/volume_preservation.h"
 #include "prism/wall_bending.h"
@@ -54,9 +56,9 @@ class WallMotion : public MotionStage {
   void draw(Picture& picture) const override;
   std::vector<std::string> remarks() const override;
 
-  StepPart* part() override { return &*potential_; }
+  StepPart* part() override { return part_; }
   std::string stage() const override { return "implicit step"; }
-  GasFilled* gas() override { return gas_.chambers().count() > 0 ? &*potential_ : nullptr; }
+  GasFilled* gas() override { return filled_ ? &*filled_ : nullptr; }
   std::string start_fault() const override { return bodies_.start_fault(); }
   ContactSurface::Part contact_part() const override {
     return {&membrane_, options_.contact.thickness, options_.contact.stiffness.value_or(usual_stiffness_)};
@@ -99,7 +101,10 @@ class WallMotion : public MotionStage {
   std::optional<AirDrag> air_;           ///< if there is air
   std::unique_ptr<Potential> drag_;      ///< of the air; null: there is none
   std::unique_ptr<Potential> buoyancy_;  ///< forces of GasStage::uneven_forces; null: there are none
-  std::optional<StepPotential> potential_;
+  std::optional<WallPart> wall_part_;
+  std::optional<GasFilledPart> filled_;                      ///< if there are chambers
+  std::optional<PathPart> path_;                             ///< by arc length
+  StepPart* part_ = nullptr;                                 ///< the wall, with gas and along the path
   std::unique_ptr<VolumePreservation> volume_preservation_;  ///< null: the wall's rule does not ask for it
   double rubber_volume_ = 0;                                 ///< undeformed, of all ranks [m^3]
   std::vector<Eigen::Matrix3d> stress_;

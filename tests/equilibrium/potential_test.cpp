@@ -14,8 +14,9 @@
 #include <vector>
 
 #include "energies/tangent.h"
+#include "equilibrium/gas_filled_part.h"
 #include "equilibrium/implicit_step.h"
-#include "equilibrium/step_potential.h"
+#include "equilibrium/wall_part.h"
 #include "meshing/closed_shapes.h"
 #include "prism/wall_potential.h"
 #include "tests/support/print_once.h"
@@ -165,9 +166,7 @@ struct SpringBalloon {
     springs.join(some_pairs(0));
   }
 
-  BalloonModel model() {
-    return {elements, chambers, gas_step, constraints, pins, loads, mass, {0, 0, -9.81}, GasTangent::exact, {&springs}};
-  }
+  WallModel model() { return {elements, constraints, pins, loads, mass, {0, 0, -9.81}, {&springs}}; }
 
   static PinOptions top() {
     PinOptions pin;
@@ -202,18 +201,22 @@ class BalancedBalloon {
  public:
   explicit BalancedBalloon(SpringBalloon& balloon)
       : balloon_(balloon),
-        potential_(balloon.model(), balloon.options),
-        objective_({&potential_}, {}, balloon.options.mat_type, balloon.options.solver_prefix),
+        wall_(balloon.model(), balloon.options),
+        part_(wall_, {"", &balloon.chambers, &balloon.gas_step, &wall_.start()},
+              [this](std::vector<double> pressure) { wall_.set_load(std::move(pressure), {}); }),
+        objective_({&part_}, {}, balloon.options.mat_type, balloon.options.solver_prefix),
         solver_(objective_, balloon.options) {}
 
   ImplicitResult advance(double h) {
-    potential_.begin_step(balloon_.x, Eigen::VectorXd::Zero(1), {balloon_.velocity, balloon_.thickness_ratio, 0, h});
+    wall_.begin_step(balloon_.x, {&balloon_.velocity, balloon_.thickness_ratio, 0, h});
+    part_.begin_step(Eigen::VectorXd::Zero(1), h, h, h);
     return solver_.advance(h);
   }
 
  private:
   SpringBalloon& balloon_;
-  StepPotential potential_;
+  WallPart wall_;
+  GasFilledPart part_;
   StepObjective objective_;
   ImplicitStep solver_;
 };

@@ -229,5 +229,46 @@ TEST(SheetAtRest, HangsByItsWeight) {
   }
 }
 
+// A sphere of springs under a pressure that grows. Stretched by l, its tension is K (l - 1)/l a length, and so
+//
+//   p = 2 K (l - 1)/(l^2 R),
+//
+// which is highest at l = 2, for a sheet of any springs alike.
+TEST(SheetAtRest, FollowsASphereOfSpringsBeyondItsHighestPressure) {
+  for (const char* dynamics : {"elastic", "spring"}) {
+    Options options;
+    options.dynamics = Choice<Dynamics>(dynamics);
+    options.time.scheme = TimeScheme::statics;
+    options.time.arc_length = radius;
+    options.force.gravity.setZero();
+    options.material.tensile_stiffness = 100;
+    options.material.bending_stiffness = 1e-6;
+    options.elastic.snes_rtol = 1e-8;
+    options.spring.snes_rtol = 1e-8;
+    options.chambers["gas"].law = "pressure";
+    options.chambers["gas"].pressure = {{-1, -1e4}, {1, 1e4}};
+    Alone sheet(quad_ellipsoid_mesh(3, {radius, radius, radius}), options);
+    std::vector<Place> path{{1, 0}};
+    const double undeformed = sheet.figure("volume_0");
+    double stiffness = 0;  // 2 K/R
+    for (int step = 1; step <= 20; ++step) {
+      const AloneStep result = sheet.advance(0.1);
+      ASSERT_TRUE(result.converged) << dynamics << ": " << result.reason;
+      const double pressure = sheet.state().pressure[0];
+      EXPECT_NEAR(pressure, 1e4 * sheet.figure("load_time"), 1e-6 * pressure);
+      const double stretch = std::cbrt(sheet.figure("volume_0") / undeformed);
+      EXPECT_NEAR(stretch - path.back().stretch, 0.1, 2e-3) << dynamics << ": all radial";
+      path.push_back({stretch, pressure});
+      stiffness = step == 1 ? pressure * stretch * stretch / (stretch - 1) : stiffness;
+      const double expected = stiffness * (stretch - 1) / (stretch * stretch);
+      EXPECT_NEAR(pressure, expected, 0.01 * expected) << dynamics << ", stretch " << stretch;
+    }
+    const Place highest = extreme(path, 5, path.size() - 1, 1);
+    print_once("%s: highest %.5g Pa at %.4f (%.5g at 2)\n", dynamics, highest.load, highest.stretch, stiffness / 4);
+    EXPECT_NEAR(highest.stretch, 2, 0.02);
+    EXPECT_LT(path.back().load, 0.95 * highest.load);
+  }
+}
+
 }  // namespace
 }  // namespace pellicle::statics_test

@@ -1,4 +1,4 @@
-#include "equilibrium/step_potential.h"
+#include "equilibrium/wall_part.h"
 
 #include <algorithm>
 #include <array>
@@ -32,17 +32,16 @@ PrismOptions options_of_step(PrismOptions options, const TimeIntegrator& integra
 
 }  // namespace
 
-StepPotential::StepPotential(const BalloonModel& model, const PrismOptions& options, const TimeIntegrator& integrator)
-    : model_(model),
+WallPart::WallPart(const WallModel& model, const PrismOptions& options, const TimeIntegrator& integrator)
+    : PartOfPotentials(model.elements.membrane().particles, model.elements.membrane().triangles, options.snes_rtol),
+      model_(model),
       options_(options_of_step(options, integrator)),
       integrator_(integrator),
       wall_(model.elements, options_),
       damping_(model.elements, model.mass, options_),
-      start_(model.elements.membrane().particles, 3),
-      position_(model.elements.membrane().particles, 3),
-      y_a_(3, model.elements.membrane().particles.local()),
-      y_v_(3, model.elements.membrane().particles.local()),
-      direction_(model.elements.membrane().particles, 3) {
+      start_(vertices_, 3),
+      y_a_(3, vertices_.local()),
+      y_v_(3, vertices_.local()) {
   const Membrane& membrane = model_.elements.membrane();
   potentials_ = {&wall_, &damping_};
   add_vertex_potentials();
@@ -68,12 +67,11 @@ StepPotential::StepPotential(const BalloonModel& model, const PrismOptions& opti
   // Multigrid needs every entry, and a tangent that is positive definite by itself: without inertia the balloon's rigid
   // motions are nearly free.
   suits_patches_ = options_.mat_type != TangentMatrix::shell && options_.inertia;
-  gas_ = std::make_shared<StepGas>(std::vector<StepGas::Part>{gas_part()});
 }
 
-void StepPotential::add_vertex_potentials() {
+void WallPart::add_vertex_potentials() {
   const auto add = [this](std::unique_ptr<Potential>& potential, auto&& function) {
-    potential = make_vertex_potential(model_.elements.membrane().particles, function);
+    potential = make_vertex_potential(vertices_, function);
     potentials_.push_back(potential.get());
   };
   if (integrator_.is_static()) {
@@ -101,19 +99,18 @@ void StepPotential::add_vertex_potentials() {
   }
 }
 
-double StepPotential::work_of(const Potential& potential, const Field& end) const {
+double WallPart::work_of(const Potential& potential, const Field& end) const {
   Eigen::Matrix3Xd gradient = Eigen::Matrix3Xd::Zero(3, owned());
   potential.add_gradient(position_, gradient);
   return -gradient.cwiseProduct((end.values() - start_.values()).leftCols(owned())).sum();
 }
 
-StepWork StepPotential::work(const Field& end, const Field& start_velocity) {
+StepWork WallPart::work(const Field& end, const Field& start_velocity, const Eigen::Matrix3Xd* of_gas) {
   const Eigen::Matrix3Xd moved = (end.values() - start_.values()).leftCols(owned());
-  const Eigen::Matrix3Xd pressing = -gas_->gradient(part_);
   std::array<double, 6> sums{work_of(*weight_, end),
                              work_of(damping_, end),
                              0,
-                             pressing.cwiseProduct(moved).sum(),
+                             of_gas != nullptr ? of_gas->cwiseProduct(moved).sum() : 0,
                              loads_ != nullptr ? work_of(*loads_, end) : 0,
                              model_.bodies != nullptr ? work_of(*model_.bodies, end) : 0};
   // The work on constrained vertices that no other force does is done by the pins.
@@ -123,7 +120,10 @@ StepWork StepPotential::work(const Field& end, const Field& start_velocity) {
     leads = leads || (pinned[i] && moved.col(i) != Eigen::Vector3d::Zero());
   }
   if (on_any_rank(comm(), leads)) {
-    Eigen::Matrix3Xd gradient = -pressing;
+    Eigen::Matrix3Xd gradient = Eigen::Matrix3Xd::Zero(3, owned());
+    if (of_gas != nullptr) {
+      gradient -= *of_gas;
+    }
     for (const Potential* potential : potentials_) {
       if (potential != inertia_.get()) {
         potential->add_gradient(position_, gradient);
@@ -141,7 +141,7 @@ StepWork StepPotential::work(const Field& end, const Field& start_velocity) {
   return {sums[0], sums[1], sums[2], sums[3], sums[4], sums[5]};
 }
 
-void StepPotential::begin_step(const Field& position, const Eigen::VectorXd& pressure, const StepStart& start) {
+void WallPart::begin_step(const Field& position, const StepStart& start) {
   set_step(position, start, integrator_.fraction());
   const Projectors& projectors = model_.constraints.projectors();
   const auto start_from = [&](double fraction) {
@@ -164,29 +164,20 @@ void StepPotential::begin_step(const Field& position, const Eigen::VectorXd& pre
   const auto begin_here = [&] {
     stop_at_contact();
     damping_.begin_step(integrator_.is_second_order() ? position_ : start_, start.thickness_ratio, y_v_, rate());
-    sum_.forget();
+    forget();
   };
-  if (integrator_.arc_length()) {
-    begin_path(start);
-    begin_here();
-  } else {
-    if (inverted(start_, position_) > 0) {
-      start_from(0);
-    }
-    begin_here();
-    evaluate();
-    if (!std::isfinite(sum_over_ranks(comm(), sum_.value()))) {
-      start_from(0);
-      begin_here();
-    }
+  if (inverted(start_, position_) > 0) {
+    start_from(0);
   }
-  gas_->begin_step(time_);
-  gas_->set_multiplier(part_, pressure(gas_->prescribed(part_)));
-  gas_->balance(part_, *this);
+  begin_here();
+  if (!std::isfinite(value())) {
+    start_from(0);
+    begin_here();
+  }
 }
 
 /// Moves the first iterate back so that nothing has passed through anything. Collective.
-void StepPotential::stop_at_contact() {
+void WallPart::stop_at_contact() {
   const Eigen::Matrix3Xd before = position_.values();
   for (Potential* potential : potentials_) {
     potential->start_from(start_, position_, h_);
@@ -197,7 +188,7 @@ void StepPotential::stop_at_contact() {
   }
 }
 
-bool StepPotential::leaves_held_behind() {
+bool WallPart::leaves_held_behind() {
   const Eigen::Matrix3Xd here = position_.values();
   move_held();
   const bool leaves = on_any_rank(comm(), here != position_.values());
@@ -206,16 +197,16 @@ bool StepPotential::leaves_held_behind() {
 }
 
 /// Sets the data of a step. @param fraction of the step at which forces are in balance
-void StepPotential::set_step(const Field& position, const StepStart& start, double fraction) {
-  sum_.forget();
+void WallPart::set_step(const Field& position, const StepStart& start, double fraction) {
+  forget();
   h_ = start.h;
-  time_end_ = start.time + start.h;
+  time_end_ = start.time + integrator_.load_step(h_);
   time_ = fraction == 1 ? time_end_ : start.time + fraction * start.h;
   start_.values() = position.values();
   double place = position.values().cols() > 0 ? position.values().cwiseAbs().maxCoeff() : 0;
   place = max_over_ranks(comm(), place);
   const bool has_inertia = options_.inertia && !integrator_.is_static();
-  const auto vertices = static_cast<double>(model_.elements.membrane().particles.global);
+  const auto vertices = static_cast<double>(vertices_.global);
   const double inertia = has_inertia ? total_mass_ / vertices * integrator_.inertia(h_) : 0;
   rounding_of_inertia_ = 20 * std::numeric_limits<double>::epsilon() * std::sqrt(vertices) * inertia * place;
   wall_.set_thickness(start.thickness_ratio);
@@ -225,18 +216,25 @@ void StepPotential::set_step(const Field& position, const StepStart& start, doub
   }
 }
 
-/// Sets the loads to their present time by arc length.
-void StepPotential::set_load_time() {
-  sum_.forget();
+void WallPart::set_time(double time) {
+  forget();
+  time_ = time;
+  time_end_ = time;
   model_.loads.set_time(time_);
-  gas_->set_time(time_);
   if (model_.bodies != nullptr) {
     model_.bodies->set_time(time_, h_);
   }
 }
 
+void WallPart::set_load(std::vector<double> pressure, const std::vector<PetscInt>& rims) {
+  for (std::size_t e = 0; e < pressure.size(); ++e) {
+    pressure[e] = model_.elements.stiffness(e) != 0 ? pressure[e] : 0;
+  }
+  wall_.set_load(std::move(pressure), rims);
+}
+
 /// Moves constrained vertices to their places at the balance, on a straight way to the end of the step.
-void StepPotential::move_held() {
+void WallPart::move_held() {
   model_.pins.impose(position_, time_end_);
   for (PetscInt i = 0; integrator_.fraction() != 1 && i < position_.values().cols(); ++i) {
     if (model_.pins.pinned()[i]) {
@@ -245,74 +243,7 @@ void StepPotential::move_held() {
   }
 }
 
-/// Begins a step along the path; Newton's first iteration follows the tangent of the path. Collective.
-void StepPotential::begin_path(const StepStart& start) {
-  path_length_ = *integrator_.arc_length() * h_;
-  time_end_ = start.time;
-  time_ = start.time;
-  position_.values() = start_.values();
-  set_load_time();
-  if (model_.bodies != nullptr) {
-    model_.bodies->begin_step(start_, time_, h_);
-  }
-  direction_.values() = start.direction->values();
-  if (sum_over_ranks(comm(), direction_.values().squaredNorm()) > 0) {
-    return;
-  }
-  damping_.begin_step(start_, start.thickness_ratio, y_v_, rate());  // The first step: to where the loads push.
-  const Eigen::VectorXd load = load_rate();
-  for (PetscInt i = 0; i < owned(); ++i) {
-    direction_.vector(i) = -load.segment<3>(3 * i) / model_.mass[i];
-  }
-  direction_.update_ghosts();
-  set_unit_length(direction_);
-}
-
-/// Scales a direction to the root mean square 1, unless it is 0. Collective.
-void StepPotential::set_unit_length(Field& direction) const {
-  double square = 0;
-  for (PetscInt i = 0; i < owned(); ++i) {
-    square += model_.mass[i] / total_mass_ * direction.vector(i).squaredNorm();
-  }
-  square = sum_over_ranks(comm(), square);
-  if (square > 0) {
-    direction.values() /= std::sqrt(square);
-  }
-}
-
-void StepPotential::write_direction(const Field& position, Field& direction) const {
-  for (PetscInt i = 0; i < position.values().cols(); ++i) {
-    direction.vector(i) = model_.constraints.projectors()[i] * Eigen::Vector3d(position.vector(i) - start_.vector(i));
-  }
-  set_unit_length(direction);
-}
-
-/// Distance of x along the path. Collective.
-double StepPotential::along_path() const {
-  double sum = 0;
-  for (PetscInt i = 0; i < owned(); ++i) {
-    sum += model_.mass[i] / total_mass_ * direction_.vector(i).dot(position_.vector(i) - start_.vector(i));
-  }
-  return sum_over_ranks(comm(), sum);
-}
-
-Eigen::VectorXd StepPotential::load_rate() {
-  const double time = time_;
-  const Eigen::Matrix3Xd here = gradient();
-  const double step = 1e-5 * h_;
-  const auto set_time = [this](double at) {
-    time_ = at;
-    time_end_ = at;
-    set_load_time();
-    move_held();
-  };
-  set_time(time + step);
-  const Eigen::Matrix3Xd later = gradient();
-  set_time(time);
-  return ((later - here) / step).reshaped();
-}
-
-void StepPotential::write_end(Field& position) const {
+void WallPart::write_end(Field& position) const {
   if (integrator_.fraction() == 1) {
     position.values() = position_.values();
     return;
@@ -321,113 +252,30 @@ void StepPotential::write_end(Field& position) const {
   model_.pins.impose(position, time_end_);
 }
 
-std::string StepPotential::end_step(Field& position, Eigen::VectorXd& pressure) const {
+std::string WallPart::end_step(Field& position) const {
   write_end(position);
-  pressure(prescribed()) = multiplier();
   const bool is_further_on = integrator_.fraction() != 1;
   return is_further_on && inverted(start_, position) > 0 ? "the end of the step turns elements over: it is too long"
                                                          : "";
 }
 
-Eigen::Matrix3Xd StepPotential::acceleration(const Field& position, const StepStart& start) {
+Eigen::Matrix3Xd WallPart::forces_at(const Field& position, const StepStart& start) {
   set_step(position, start, 0);
   position_.values() = position.values();
   y_a_ = position_.values();
-  // At a moment no gas flows, and links of chambers have no effect.
-  const auto shared = std::exchange(gas_, std::make_shared<StepGas>(std::vector<StepGas::Part>{gas_part()}));
-  const std::size_t part = std::exchange(part_, 0);
-  gas_->begin_step(time_);
-  y_v_ = position_.values() - start.velocity.values() / rate();
+  y_v_ = position_.values() - start.velocity->values() / rate();
   damping_.begin_step(start_, start.thickness_ratio, y_v_, rate());
-  Eigen::Matrix3Xd result = -gradient();
-  for (PetscInt i = 0; i < owned(); ++i) {
-    result.col(i) /= model_.mass[i];
-  }
-  share_gas(shared, part);
-  return result;
+  return -gradient();
 }
 
-Eigen::VectorXd StepPotential::own_unknowns() const {
-  if (integrator_.arc_length()) {
-    return Eigen::VectorXd::Constant(1, time_);
-  }
-  return multiplier().cwiseQuotient(pressure_scales());
-}
-
-void StepPotential::move_to(const Field& position, const Eigen::VectorXd& own) {
-  if (on_any_rank(comm(), position_.values() != position.values())) {
-    position_.values() = position.values();
-    sum_.forget();
-    gas_->move();
-  }
-  if (integrator_.arc_length()) {
-    time_ = own[0];
-    time_end_ = time_;
-    set_load_time();
-    move_held();
-  } else {
-    gas_->set_multiplier(part_, own.cwiseProduct(pressure_scales()));
-  }
-}
-
-double StepPotential::inverted(const Field& from, const Field& to) const {
+double WallPart::inverted(const Field& from, const Field& to) const {
   return sum_over_ranks(comm(), static_cast<double>(model_.elements.inverted(from, to)));
 }
 
-/// Gradient of Pi at x by the owned vertices, in the directions in which they may move. Collective.
-const Eigen::Matrix3Xd& StepPotential::gradient() {
-  evaluate();
-  Eigen::Matrix3Xd of_gas = gas_->gradient(part_);
-  model_.constraints.projectors().apply(of_gas);
-  squared_forces_ = sum_.squares();
-  squared_forces_.push_back(of_gas.squaredNorm());
-  with_gas_ = sum_.gradient() + of_gas;
-  return with_gas_;
-}
-
-Eigen::VectorXd StepPotential::own_rows() {
-  if (integrator_.arc_length()) {
-    return Eigen::VectorXd::Constant(1, path_scale() * (along_path() - path_length_));
-  }
-  return -pressure_scales().cwiseProduct(volume_residual());
-}
-
-void StepPotential::begin_tangent(Curvature curvature, double psd_blend) {
+void WallPart::begin_tangent(Curvature /*curvature*/, double psd_blend) {
   for (Potential* potential : potentials_) {
     potential->set_psd_blend(psd_blend);
   }
-  std::vector<double> load_pressure = gas_->load_pressure(part_);
-  for (std::size_t e = 0; e < load_pressure.size(); ++e) {
-    load_pressure[e] = model_.elements.stiffness(e) != 0 ? load_pressure[e] : 0;
-  }
-  wall_.set_load(std::move(load_pressure), model_.chambers.rims().sides());
-  left_ = curvature == Curvature::psd ? 0 : 1 - psd_blend;
-}
-
-LowRank StepPotential::dense_tangent() {
-  LowRank result = projected(gas_->begin_tangent(part_, left_), model_.constraints.projectors());
-  if (integrator_.arc_length()) {  // Many times what the stiffness along the path can be, whatever its sign.
-    double scale = force_scale_ / length_scale_;
-    for (const GasState& gas : gas_->states(part_)) {
-      scale += std::abs(gas.pressure) * std::cbrt(std::abs(gas.volume));
-    }
-    result.coefficients.conservativeResize(columns());
-    result.coefficients[columns() - 1] = 10 * scale;
-    result.mixing = Eigen::MatrixXd::Identity(columns(), columns());
-    result.sparse.conservativeResize(3 * owned(), columns());
-    for (PetscInt i = 0; i < owned(); ++i) {
-      for (int k = 0; k < 3; ++k) {
-        result.sparse.insert(3 * i + k, columns() - 1) = model_.mass[i] / total_mass_ * direction_.vector(i)[k];
-      }
-    }
-    result.sparse.makeCompressed();
-  }
-  return result;
-}
-
-double StepPotential::value() {
-  evaluate();
-  return sum_over_ranks(comm(), sum_.value()) + gas_->value(part_);
 }
 
 }  // namespace equilibrium

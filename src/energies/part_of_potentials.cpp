@@ -1,0 +1,46 @@
+#include "energies/part_of_potentials.h"
+
+#include <utility>
+
+#include "parallel/collective.h"
+
+namespace pellicle {
+inline namespace energies {
+
+bool PartOfPotentials::move_to(const Field& position, const Eigen::VectorXd& /*own*/) {
+  const bool moves = on_any_rank(comm(), position_.values() != position.values());
+  if (moves) {
+    position_.values() = position.values();
+    forget();
+  }
+  return moves;
+}
+
+double PartOfPotentials::value() {
+  evaluate();
+  return sum_over_ranks(comm(), value_);
+}
+
+const Eigen::Matrix3Xd& PartOfPotentials::gradient() {
+  evaluate();
+  return gradient_;
+}
+
+void PartOfPotentials::evaluate() {
+  if (std::exchange(is_evaluated_, true)) {
+    return;
+  }
+  value_ = 0;
+  squares_.clear();
+  gradient_.setZero(3, owned());
+  for (const Potential* potential : potentials_) {
+    of_potential_.setZero(3, owned());
+    value_ += potential->add_value_and_gradient(position_, of_potential_);
+    projectors().apply(of_potential_);
+    squares_.push_back(of_potential_.squaredNorm());
+    gradient_ += of_potential_;
+  }
+}
+
+}  // namespace energies
+}  // namespace pellicle
