@@ -1,5 +1,6 @@
 #include "world/run_plan.h"
 
+#include <algorithm>
 #include <map>
 #include <optional>
 #include <utility>
@@ -46,15 +47,20 @@ NewtonOptions newton_of(const Options& options) {
   if (options.chain == ChainKind::inflate) {
     return options.prism;
   }
-  if (options.dynamics == Dynamics::spring) {
-    return options.spring;
-  }
   NewtonOptions newton = options.elastic;
-  if (options.dynamics == Dynamics::projection) {  // The contact of a sheet that has been projected.
+  if (options.dynamics == Dynamics::spring) {
+    newton = options.spring;
+  } else if (options.dynamics == Dynamics::projection) {  // The contact of a sheet that has been projected.
     newton.snes_rtol = 1e-8;
     newton.ksp_rtol = 1e-3;
     newton.max_iterations = 0;
     newton.far = FarTangent::exact;
+  }
+  if (options.time.arc_length) {  // The path follows from the whole tangent; a solve has to resolve more than its row.
+    newton.newton = NewtonEnd::converged;
+    newton.far = FarTangent::exact;
+    newton.ksp_rtol = std::min(newton.linear_rtol(), 1e-6);
+    newton.max_iterations = std::max(newton.max_iterations, 50);
   }
   return newton;
 }

@@ -249,14 +249,14 @@ TEST(SheetAtRest, FollowsASphereOfSpringsBeyondItsHighestPressure) {
     options.chambers["gas"].pressure = {{-1, -1e4}, {1, 1e4}};
     Alone sheet(quad_ellipsoid_mesh(3, {radius, radius, radius}), options);
     std::vector<Place> path{{1, 0}};
-    const double undeformed = sheet.figure("volume_0");
+    const double undeformed = sheet.figure("gas_volume");
     double stiffness = 0;  // 2 K/R
     for (int step = 1; step <= 20; ++step) {
       const AloneStep result = sheet.advance(0.1);
       ASSERT_TRUE(result.converged) << dynamics << ": " << result.reason;
       const double pressure = sheet.state().pressure[0];
       EXPECT_NEAR(pressure, 1e4 * sheet.figure("load_time"), 1e-6 * pressure);
-      const double stretch = std::cbrt(sheet.figure("volume_0") / undeformed);
+      const double stretch = std::cbrt(sheet.figure("gas_volume") / undeformed);
       EXPECT_NEAR(stretch - path.back().stretch, 0.1, 2e-3) << dynamics << ": all radial";
       path.push_back({stretch, pressure});
       stiffness = step == 1 ? pressure * stretch * stretch / (stretch - 1) : stiffness;
