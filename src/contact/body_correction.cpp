@@ -2,8 +2,8 @@
 
 #include <Eigen/Geometry>
 #include <array>
-#include <cstdio>
 
+#include "contact/slip.h"
 #include "parallel/collective.h"
 
 namespace pellicle {
@@ -18,10 +18,6 @@ constexpr double touching = 1e-9;
 Eigen::Vector3d slip_after_friction(const Eigen::Vector3d& slip, double limit) {
   const double length = slip.norm();
   return length > limit ? Eigen::Vector3d(slip * (1 - limit / length)) : Eigen::Vector3d(Eigen::Vector3d::Zero());
-}
-
-Eigen::Vector3d along_surface(const Eigen::Vector3d& vector, const Eigen::Vector3d& normal) {
-  return vector - normal * normal.dot(vector);
 }
 
 /// Normal speed, relative to the body, at which a point leaves a body after it arrived at a relative velocity [m/s].

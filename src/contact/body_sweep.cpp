@@ -36,11 +36,8 @@ PointWeights weights_of(const Surface& surface, std::size_t triangle, const Eige
   }
   PointWeights result{surface.cells[triangle / 4], {}};
   result.weights.fill(weights[2] / 4);
-  for (std::size_t k = 0; k < 4; ++k) {
-    for (std::size_t corner = 0; corner < 2; ++corner) {
-      result.weights[k] += result.particles[k] == corners[corner] ? weights[static_cast<Eigen::Index>(corner)] : 0;
-    }
-  }
+  result.weights[triangle % 4] += weights[0];
+  result.weights[(triangle + 1) % 4] += weights[1];
   return result;
 }
 
@@ -112,19 +109,10 @@ void BodySweep::set_time(double time_end, double h) {
     moved.start_gap.resize(surface_.particles.local());
     moved.least_start_gap = std::numeric_limits<double>::infinity();
     for (PetscInt i = 0; i < surface_.particles.local(); ++i) {
-      Eigen::Vector3d normal;
-      const double gap = gap_at(b, moved.before, start_.vector(i), normal);
-      moved.start_gap[i] = gap;
-      moved.least_start_gap = std::min(moved.least_start_gap, gap);
+      moved.start_gap[i] = gap_at(b, moved.before, start_.vector(i)).distance;
+      moved.least_start_gap = std::min(moved.least_start_gap, moved.start_gap[i]);
     }
   }
-}
-
-double BodySweep::gap_at(std::size_t body, const Solid& solid, const Eigen::Vector3d& x,
-                         Eigen::Vector3d& normal) const {
-  const SignedDistance gap = signed_distance(solid, x);
-  normal = gap.normal;
-  return gap.distance - bodies_[body].margin;
 }
 
 /// Whether an element has one of these particles as a corner.
@@ -152,16 +140,15 @@ double BodySweep::farthest_moved(std::size_t body, const Field& x) const {
 /// Lower bound of the gap between an element and a body [m].
 double BodySweep::least_gap(std::size_t body, const Solid& solid, std::size_t element, const Field& x) const {
   const Eigen::Vector3d first = x.vector(surface_.corner(element, 0));
-  Eigen::Vector3d normal;
-  const double gap = gap_at(body, solid, first, normal);
+  const SignedDistance gap = gap_at(body, solid, first);
   double radius = 0;
   double rise = 0;  // the least of the tangent plane, below which the distance of a convex body does not lie
   for (std::size_t k = 1; k < static_cast<std::size_t>(surface_.sides_per_element()); ++k) {
     const Eigen::Vector3d arm = x.vector(surface_.corner(element, k)) - first;
     radius = std::max(radius, arm.norm());
-    rise = std::min(rise, normal.dot(arm));
+    rise = std::min(rise, gap.normal.dot(arm));
   }
-  return gap + (solid.is_convex() ? rise : -radius);
+  return gap.distance + (solid.is_convex() ? rise : -radius);
 }
 
 /// The deepest point of a triangle, if the triangle is active, not constrained, and nearer to a body than `below`.
@@ -261,16 +248,9 @@ std::vector<double> BodySweep::safe_shares(std::size_t body, const Field& from, 
       const auto deepest = deepest_point(solid, at, std::numeric_limits<double>::infinity(), rounding);
       return deepest->gap.distance - margin;
     });
-    if (fraction < 1) {
-      const auto shorten = [&](PetscInt i) {
-        double& old = shares[i];
-        old = std::min(old, fraction);
-      };
-      if (surface_.has_quads()) {
-        std::for_each(surface_.cells[element].begin(), surface_.cells[element].end(), shorten);
-      } else {
-        std::for_each(corners.begin(), corners.end(), shorten);
-      }
+    for (PetscInt k = 0; k < surface_.sides_per_element(); ++k) {
+      double& least = shares[surface_.corner(element, k)];
+      least = std::min(least, fraction);
     }
   }
   return shares;
@@ -279,35 +259,33 @@ std::vector<double> BodySweep::safe_shares(std::size_t body, const Field& from, 
 /// @param from places at which the way begins; null: those at the step's start, moved with the near bodies
 bool BodySweep::shorten(const Field* from, Field& to, bool at_surface, StepLimit how) const {
   constexpr int most = 20;  // A triangle whose corners stop one after the other may have to stop again.
-  bool is_shortened = false;
   const PetscInt owned = surface_.particles.owned;
-  std::optional<Field> carried;
-  if (from == nullptr) {
-    carried.emplace(surface_.particles, 3);
-  }
+  Field carried = from == nullptr ? Field(surface_.particles, 3) : Field();
   for (int round = 0; round < most; ++round) {
     bool again = false;
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
       if (from == nullptr) {
         for (PetscInt i = 0; i < surface_.particles.local(); ++i) {
-          carried->vector(i) = carried_place(b, i);
+          carried.vector(i) = carried_place(b, i);
         }
       }
-      const Field& begin = from == nullptr ? *carried : *from;
-      const std::vector<double> shares = safe_shares(b, begin, to, from == nullptr, at_surface);
-      double least = 1;
+      const Field& begin = from == nullptr ? carried : *from;
+      std::vector<double> shares = safe_shares(b, begin, to, from == nullptr, at_surface);
       if (how == StepLimit::all_alike || round + 1 == most) {
+        double least = 1;
         for (PetscInt i = 0; i < owned && !shares.empty(); ++i) {
           least = std::min(least, shares[i]);
         }
         least = min_over_ranks(surface_.comm(), least);
+        if (least < 1) {
+          shares.assign(owned, least);
+        }
       }
       bool changes = false;
-      for (PetscInt i = 0; i < owned && (least < 1 || !shares.empty()); ++i) {
-        const double fraction = least < 1 ? least : shares[i];
-        if (fraction < 1 && !is_held(i)) {
+      for (PetscInt i = 0; i < owned && !shares.empty(); ++i) {
+        if (shares[i] < 1 && !is_held(i)) {
           changes = true;
-          to.vector(i) = (1 - fraction) * begin.vector(i) + fraction * to.vector(i);
+          to.vector(i) = (1 - shares[i]) * begin.vector(i) + shares[i] * to.vector(i);
         }
       }
       if (on_any_rank(surface_.comm(), changes)) {
@@ -316,17 +294,10 @@ bool BodySweep::shorten(const Field* from, Field& to, bool at_surface, StepLimit
       }
     }
     if (!again) {
-      break;
+      return round > 0;
     }
-    is_shortened = true;
   }
-  return is_shortened;
-}
-
-bool BodySweep::stop_at_surface(Field& to) const { return shorten(nullptr, to, true, StepLimit::each_vertex); }
-
-bool BodySweep::stop_at_middle(const Field* from, Field& to, StepLimit how) const {
-  return shorten(from, to, false, how);
+  return true;
 }
 
 }  // namespace contact

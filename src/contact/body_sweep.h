@@ -88,7 +88,6 @@ class BodySweep {
   const Field& start() const { return start_; }
   bool is_held(PetscInt particle) const { return constrained_[particle]; }
   double h() const { return h_; }                                              ///< [s]
-  double time() const { return time_; }                                        ///< of the step's start [s]
   const Solid& before(std::size_t body) const { return moved_[body].before; }  ///< the body at the step's start
   const Solid& after(std::size_t body) const { return moved_[body].after; }    ///< the body at the step's end
   /// Message that names the body in which particles are deeper than `least` at the step's start, or empty. Collective.
@@ -104,8 +103,12 @@ class BodySweep {
   Eigen::Vector3d velocity_at(std::size_t body, const Eigen::Vector3d& x) const {
     return (x - carried(after(body).pose, before(body).pose, x)) / h_;
   }
-  /// Gap between a body with its margin and a point [m]. @param normal set to the body's normal there
-  double gap_at(std::size_t body, const Solid& solid, const Eigen::Vector3d& x, Eigen::Vector3d& normal) const;
+  const Solid& solid(std::size_t body, bool at_start) const { return at_start ? before(body) : after(body); }
+  /// Gap between a body with its margin and a point, with the body's normal there.
+  SignedDistance gap_at(std::size_t body, const Solid& solid, const Eigen::Vector3d& x) const {
+    const SignedDistance gap = signed_distance(solid, x);
+    return {gap.distance - bodies_[body].margin, gap.normal};
+  }
   /// Place of a point, or particle, if it had moved with the body since the step's start [m].
   Eigen::Vector3d carried_place(std::size_t body, const Eigen::Vector3d& start) const {
     return carried(moved_[body].before.pose, moved_[body].after.pose, start);
@@ -128,7 +131,7 @@ class BodySweep {
         continue;
       }
       const double farthest = below + reach_of(at_start ? 0 : farthest_moved(b, x));
-      const Solid& solid = at_start ? before(b) : after(b);
+      const Solid& solid = this->solid(b, at_start);
       for (std::size_t e = 0; e < surface_.triangles.size() / per_element; ++e) {
         if (start_gap(b, surface_.corner(e, 0)) > farthest || (with != nullptr && !has_any(e, *with)) ||
             least_gap(b, solid, e, x) > below) {
@@ -148,10 +151,10 @@ class BodySweep {
   /// Draws the places `to` back towards those at the step's start, moved with the near bodies, until no surface
   /// triangle, and no particle, comes nearer to a body than 0.7 of the thickness on its way there. Collective.
   /// @returns whether anything was drawn back, on any rank
-  bool stop_at_surface(Field& to) const;
+  bool stop_at_surface(Field& to) const { return shorten(nullptr, to, true, StepLimit::each_vertex); }
   /// Draws the places `to` back so that nothing passes the middle of a body, or goes deeper if it is beyond already.
   /// @param from places at which the way begins; null: those at the step's start, moved with the near bodies
-  bool stop_at_middle(const Field* from, Field& to, StepLimit how) const;
+  bool stop_at_middle(const Field* from, Field& to, StepLimit how) const { return shorten(from, to, false, how); }
 
  private:
   /// A body in the step.

@@ -6,6 +6,11 @@
 namespace pellicle {
 inline namespace contact {
 
+/// The part of a vector along a surface of this normal.
+inline Eigen::Vector3d along_surface(const Eigen::Vector3d& vector, const Eigen::Vector3d& normal) {
+  return vector - normal * normal.dot(vector);
+}
+
 /// Smooth Coulomb friction of incremental potential contact (Li et al. 2020, section 5): its potential is mu N s(y) of
 /// the slip y, with s(y) = y, but y^2/e - y^3/(3 e^2) + e/3 up to y = e.
 struct SmoothSlip {
