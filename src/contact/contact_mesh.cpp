@@ -48,7 +48,7 @@ constexpr double centre_share = 0.5;
 
 struct RankBox {
   int rank;
-  std::array<double, 6> corners;
+  Box box;
 };
 
 }  // namespace
@@ -113,25 +113,15 @@ std::vector<ContactMesh::Element> ContactMesh::receive(const std::vector<Element
   std::vector<Box> patches;
   add_patches(boxes, order.begin(), order.end(), patches_of_rank, patches);
   std::vector<RankBox> own_patches;
-  for (Box& patch : patches) {
-    patch = Box(patch.min().array() - margin, patch.max().array() + margin);
-    own_patches.push_back(
-        {rank, {patch.min()[0], patch.min()[1], patch.min()[2], patch.max()[0], patch.max()[1], patch.max()[2]}});
-  }
-  std::vector<std::pair<int, Box>> foreign;
-  for (const RankBox& patch : of_all_ranks(surface_.comm(), own_patches)) {
-    if (patch.rank != rank) {
-      foreign.emplace_back(patch.rank,
-                           Box(Eigen::Vector3d(patch.corners.data()), Eigen::Vector3d(patch.corners.data() + 3)));
-    }
-  }
   Box here;
   for (const Box& patch : patches) {
-    here.extend(patch);
+    own_patches.push_back({rank, Box(patch.min().array() - margin, patch.max().array() + margin)});
+    here.extend(own_patches.back().box);
   }
-  foreign.erase(
-      std::remove_if(foreign.begin(), foreign.end(), [&](const auto& patch) { return !here.intersects(patch.second); }),
-      foreign.end());
+  std::vector<RankBox> foreign = of_all_ranks(surface_.comm(), own_patches);
+  foreign.erase(std::remove_if(foreign.begin(), foreign.end(),
+                               [&](const RankBox& patch) { return patch.rank == rank || !here.intersects(patch.box); }),
+                foreign.end());
   std::vector<Element> sent;
   std::vector<int> destinations;
   for (std::size_t k = 0; k < own.size(); ++k) {
@@ -275,29 +265,23 @@ void ContactMesh::find_points(const Field& known) {
 }
 
 void ContactMesh::find_leads() {
-  struct Side {
-    std::array<PetscInt, 2> ends;
-    std::size_t triangle;
-    std::size_t number;
-  };
-  std::vector<Side> sides;
+  using Ends = std::pair<PetscInt, PetscInt>;
+  std::vector<std::tuple<Ends, std::size_t, std::size_t>> sides;  // triangle, and number in it
   std::vector<bool> has_leader(points());
   leads_.assign(triangles_.size(), {});
   for (std::size_t t = 0; t < triangles_.size(); ++t) {
     for (std::size_t k = 0; k < 3; ++k) {
       const PetscInt a = triangles_[t][k];
-      const PetscInt b = triangles_[t][(k + 1) % 3];
-      sides.push_back({{std::min(a, b), std::max(a, b)}, t, k});
+      sides.emplace_back(std::minmax(a, triangles_[t][(k + 1) % 3]), t, k);
       leads_[t].point[k] = !has_leader[a];
       has_leader[a] = true;
     }
   }
-  std::sort(sides.begin(), sides.end(),
-            [](const Side& a, const Side& b) { return std::tie(a.ends, a.triangle) < std::tie(b.ends, b.triangle); });
-  for (std::size_t s = 0; s < sides.size(); ++s) {
-    if (s == 0 || sides[s].ends != sides[s - 1].ends) {
-      leads_[sides[s].triangle].side[sides[s].number] = true;
-    }
+  std::sort(sides.begin(), sides.end());
+  Ends last{-1, -1};
+  for (const auto& [ends, triangle, k] : sides) {
+    leads_[triangle].side[k] = ends != last;
+    last = ends;
   }
 }
 

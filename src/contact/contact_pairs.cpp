@@ -208,8 +208,7 @@ class Search {
     std::array<Eigen::Vector3d, 4> corners;
     std::transform(pair.points.begin(), pair.points.end(), corners.begin(),
                    [this](PetscInt point) { return mesh_.point(point).rest; });
-    const NearestPoints nearest = pair.are_edges ? nearest_of_edges(corners) : nearest_of_point_and_triangle(corners);
-    return nearest.apart.norm();
+    return pair.nearest_of(corners).apart.norm();
   }
 
   const ContactMesh& mesh_;

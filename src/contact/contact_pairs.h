@@ -22,10 +22,13 @@ struct ContactPair {
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< from the second feature to the first
   bool may_press = false;                            ///< whether the gap may become less than the barrier's thickness
 
-  NearestPoints nearest(const Eigen::Matrix3Xd& places) const {
-    const std::array<Eigen::Vector3d, 4> corners{places.col(points[0]), places.col(points[1]), places.col(points[2]),
-                                                 places.col(points[3])};
+  /// @param corners places of the points
+  NearestPoints nearest_of(const std::array<Eigen::Vector3d, 4>& corners) const {
     return are_edges ? nearest_of_edges(corners) : nearest_of_point_and_triangle(corners);
+  }
+  NearestPoints nearest(const Eigen::Matrix3Xd& places) const {
+    const auto& [a, b, c, d] = points;
+    return nearest_of({places.col(a), places.col(b), places.col(c), places.col(d)});
   }
   void measure(const Eigen::Matrix3Xd& places) {
     normal = nearest(places).apart;

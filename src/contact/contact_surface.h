@@ -47,14 +47,14 @@ class ContactSurface {
   /// Undeformed places of the local particles [m].
   const Eigen::Matrix3Xd& rest() const { return rest_; }
   /// Thickness of the contact with itself of the part that a local particle is in [m].
-  double thickness(PetscInt particle) const { return thickness_[particle]; }
+  double thickness(PetscInt particle) const { return *parts_[part_[particle]].thickness; }
   /// Stiffness of that contact [Pa/m].
-  double stiffness(PetscInt particle) const { return stiffness_[particle]; }
+  double stiffness(PetscInt particle) const { return parts_[part_[particle]].stiffness; }
   /// The largest thickness of all parts [m].
   double largest_thickness() const { return largest_thickness_; }
 
   /// Sets the stiffness of a part's contact with itself [Pa/m].
-  void set_stiffness(std::size_t part, double stiffness);
+  void set_stiffness(std::size_t part, double stiffness) { parts_[part].stiffness = stiffness; }
   /// Sets which surface triangles of a part are active; all at first.
   void set_active(std::size_t part, std::vector<bool> triangles) { active_[part] = std::move(triangles); }
   bool lives(const Element& element, std::size_t triangle) const {
@@ -63,13 +63,12 @@ class ContactSurface {
   }
 
  private:
-  std::vector<Part> parts_;
+  std::vector<Part> parts_;  ///< with their thickness
   JoinedLayout particles_;
   JoinedLayout elements_;
   std::vector<Element> local_elements_;
   Eigen::Matrix3Xd rest_;
-  std::vector<double> thickness_;  ///< at the local particles [m]
-  std::vector<double> stiffness_;  ///< at the local particles [Pa/m]
+  std::vector<std::size_t> part_;  ///< of each local particle
   double largest_thickness_ = 0;
   std::vector<std::vector<bool>> active_;  ///< of each part; empty: all
 };
