@@ -165,19 +165,14 @@ class Search {
 
   /// Largest approach of two features along their normal within their ranges.
   double closing(const ContactPair& pair) const {
-    double first = -std::numeric_limits<double>::infinity();
-    double second = first;
+    Eigen::Array4d of_points;
     for (int k = 0; k < 4; ++k) {
       const ContactMesh::Point& point = mesh_.point(pair.points[k]);
       const Eigen::Vector3d with = pair.normal.cwiseProduct(point.high);
       const Eigen::Vector3d against = pair.normal.cwiseProduct(point.low);
-      if (k < pair.first_feature()) {
-        first = std::max(first, -with.cwiseMin(against).sum());
-      } else {
-        second = std::max(second, with.cwiseMax(against).sum());
-      }
+      of_points[k] = pair.is_second(k) ? with.cwiseMax(against).sum() : -with.cwiseMin(against).sum();
     }
-    return first + second;
+    return pair.largest(of_points).sum();
   }
 
   /// Share of stiffness of two edges. Parallel edges have many nearest points, of which an arbitrary one is found, so
@@ -198,8 +193,8 @@ class Search {
   /// Whether boxes of the features are further apart than twice the thickness undeformed, as most are.
   bool are_far_at_rest(const ContactPair& pair, double thickness) const {
     std::array<Eigen::AlignedBox3d, 2> boxes;
-    for (std::size_t k = 0; k < 4; ++k) {
-      boxes[k >= static_cast<std::size_t>(pair.first_feature())].extend(mesh_.point(pair.points[k]).rest);
+    for (int k = 0; k < 4; ++k) {
+      boxes[pair.is_second(k)].extend(mesh_.point(pair.points[k]).rest);
     }
     return boxes[0].squaredExteriorDistance(boxes[1]) > 4 * thickness * thickness;
   }

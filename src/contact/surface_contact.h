@@ -67,7 +67,7 @@ class SurfaceContact : public Potential {
   bool limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matrix3Xd> step) override;
 
   double value(const Field& x) const override;
-  void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
+  void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override { add_value_and_gradient(x, gradient); }
   double add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
   std::vector<VertexPair> pattern() const override { return pattern_; }
   PetscInt pattern_version() const override { return version_; }
@@ -122,7 +122,8 @@ class SurfaceContact : public Potential {
   };
   /// A contact with friction in a step.
   struct Rubbing {
-    Stencil stencil;  ///< with global numbers
+    Stencil stencil;  ///< in the present reach
+    Stencil global;   ///< the same with global numbers
     Eigen::Vector3d normal;
     Eigen::Vector3d start;  ///< the weighted sum at the step's start [m]
     double force = 0;       ///< largest force of friction [N]
@@ -130,20 +131,15 @@ class SurfaceContact : public Potential {
     SlipTangent tangent{};
   };
 
-  Eigen::Vector3d mean_step(const Field& start, const Field& x) const;
   void search(const Field& x, const Field& to);
   void note_load();
-  void measure_again(const Field& x);
   bool leaves_room(const Field& x) const;
-  bool leaves_range(PetscInt i, const Field& x) const;
   double room_used(const Field& x) const;
   void shorten(const std::vector<double>& shares, Eigen::Ref<Eigen::Matrix3Xd> step);
   double add_pressing(const Field& x, Eigen::Matrix3Xd& gradient) const;
   void add_friction(Eigen::Matrix3Xd& gradient) const;
   const std::vector<Contact>& pressing(const Field& x) const;
   void note_rubbing(const Field& x);
-  void find_rubbing_stencils();
-  void find_curved(const Field& x);
   double friction_energy() const;
   std::size_t number_of(PetscInt row, PetscInt column);
   void add_places(const Stencil& stencil, std::vector<std::size_t>& places);
@@ -152,7 +148,7 @@ class SurfaceContact : public Potential {
   using LowerBlocks = std::array<Eigen::Matrix3d, 16 * 17 / 2>;
   void add_curvature(const Contact& contact, LowerBlocks& lower) const;
   bool counts(const ContactPair& pair) const;
-  Eigen::Vector3d slip_of(std::size_t number) const;
+  Eigen::Vector3d slip_of(const Rubbing& rubbing) const;
 
   ContactSurface surface_;
   ContactOptions options_;
@@ -163,7 +159,6 @@ class SurfaceContact : public Potential {
   Field start_;                      ///< of the step
   mutable Eigen::Matrix3Xd places_;  ///< places of the mesh's points, as last computed
   std::vector<Rubbing> rubbing_;
-  std::vector<Stencil> rubbing_stencils_;  ///< of `rubbing_`, in the present reach
 
   // Data of the last search for pairs.
   Field origin_;      ///< places of the particles
