@@ -248,17 +248,16 @@ void BodyCorrection::stop_triangles(Field& velocities, const Field& positions, c
 std::vector<BodyLoad> BodyCorrection::loads(const Field& positions, const ContactStep& step) const {
   std::vector<BodyLoad> loads;
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
-    BodyLoad& load = loads.emplace_back(BodyLoad{force_[b], triangle_gap_[b]});
+    BodyLoad load{force_[b], triangle_gap_[b]};
     for (PetscInt i = 0; i < step.particles.owned; ++i) {
       if (!step.pinned[i]) {
         const SignedDistance gap = signed_distance(sweep_.after(b), positions.vector(i));
         load.gap = std::min(load.gap, gap.distance - bodies_[b].margin);
       }
     }
-  }
-  for (BodyLoad& load : loads) {
     sum_over_ranks(step.particles.comm, load.force);
     load.gap = min_over_ranks(step.particles.comm, load.gap);
+    loads.push_back(load);
   }
   return loads;
 }

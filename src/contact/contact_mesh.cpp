@@ -68,11 +68,6 @@ ContactMesh::ContactMesh(const ContactSurface& surface)
   update_ghosts(surface.particles(), particle_area_);
 }
 
-bool ContactMesh::touches_own(PetscInt element) const {
-  const std::array<PetscInt, 4>& corners = surface_.element(element).corners;
-  return std::any_of(corners.begin(), corners.end(), [this](PetscInt i) { return i >= 0 && i < reach_.owned; });
-}
-
 ContactMesh::Element ContactMesh::element(PetscInt number) const {
   const ContactSurface::Element& known = surface_.element(number);
   Element element;
@@ -101,11 +96,12 @@ Box ContactMesh::box(PetscInt element, const Motion& motion) const {
 }
 
 /// Sends the owned elements to the ranks whose boxes they meet. Collective.
-/// @param own owned elements with active triangles @param boxes of these elements and of all others that touch this
-/// rank's particles @param margin by which this rank's boxes are widened [m]
+/// @param here elements with active triangles, the owned ones first @param own number of these
+/// @param boxes of these elements and of all others that touch this rank's particles
+/// @param margin by which this rank's boxes are widened [m]
 /// @returns the elements from other ranks, in the order of these
-std::vector<ContactMesh::Element> ContactMesh::receive(const std::vector<Element>& own, const std::vector<Box>& boxes,
-                                                       double margin) const {
+std::vector<ContactMesh::Element> ContactMesh::receive(const std::vector<Element>& here, std::size_t own,
+                                                       const std::vector<Box>& boxes, double margin) const {
   int rank = 0;
   MPI_Comm_rank(surface_.comm(), &rank);
   std::vector<std::size_t> order(boxes.size());
@@ -113,22 +109,23 @@ std::vector<ContactMesh::Element> ContactMesh::receive(const std::vector<Element
   std::vector<Box> patches;
   add_patches(boxes, order.begin(), order.end(), patches_of_rank, patches);
   std::vector<RankBox> own_patches;
-  Box here;
+  Box whole;
   for (const Box& patch : patches) {
     own_patches.push_back({rank, Box(patch.min().array() - margin, patch.max().array() + margin)});
-    here.extend(own_patches.back().box);
+    whole.extend(own_patches.back().box);
   }
   std::vector<RankBox> foreign = of_all_ranks(surface_.comm(), own_patches);
-  foreign.erase(std::remove_if(foreign.begin(), foreign.end(),
-                               [&](const RankBox& patch) { return patch.rank == rank || !here.intersects(patch.box); }),
-                foreign.end());
+  foreign.erase(
+      std::remove_if(foreign.begin(), foreign.end(),
+                     [&](const RankBox& patch) { return patch.rank == rank || !whole.intersects(patch.box); }),
+      foreign.end());
   std::vector<Element> sent;
   std::vector<int> destinations;
-  for (std::size_t k = 0; k < own.size(); ++k) {
+  for (std::size_t k = 0; k < own; ++k) {
     int last = -1;
     for (const auto& [other, patch] : foreign) {
       if (other != last && patch.intersects(boxes[k])) {
-        sent.push_back(own[k]);
+        sent.push_back(here[k]);
         destinations.push_back(other);
         last = other;
       }
@@ -140,22 +137,22 @@ std::vector<ContactMesh::Element> ContactMesh::receive(const std::vector<Element
 bool ContactMesh::gather(const Motion& motion, const Field& start, const std::vector<PetscInt>& further) {
   const Layout& particles = surface_.particles();
   const Layout& elements = surface_.elements();
-  std::vector<PetscInt> here;  // local elements that live
-  std::vector<Element> sent;
-  std::vector<Box> sent_boxes;
+  std::vector<Element> here;  // local elements that live
+  std::size_t own = 0;
+  std::vector<Box> boxes;
   for (PetscInt e = 0; e < elements.local(); ++e) {
     const Element whole = element(e);
     if (std::none_of(whole.lives.begin(), whole.lives.end(), [](bool lives) { return lives; })) {
       continue;
     }
-    here.push_back(e);
+    here.push_back(whole);
+    own += e < elements.owned ? 1 : 0;
     // An element that touches this rank's particles is either owned, or a ghost whose owner also asks for its
     // neighbours.
-    if (e < elements.owned) {
-      sent.push_back(whole);
-      sent_boxes.push_back(box(e, motion));
-    } else if (touches_own(e)) {
-      sent_boxes.push_back(box(e, motion));
+    const std::array<PetscInt, 4>& corners = surface_.element(e).corners;
+    const auto is_own = [&particles](PetscInt i) { return i >= 0 && i < particles.owned; };
+    if (e < elements.owned || std::any_of(corners.begin(), corners.end(), is_own)) {
+      boxes.push_back(box(e, motion));
     }
   }
   int ranks = 1;
@@ -174,7 +171,7 @@ bool ContactMesh::gather(const Motion& motion, const Field& start, const std::ve
       known_elements.push_back(element.number);
     }
     std::sort(known_elements.begin(), known_elements.end());
-    const std::vector<Element> sent_here = receive(sent, sent_boxes, margin);
+    const std::vector<Element> sent_here = receive(here, own, boxes, margin);
     std::copy_if(sent_here.begin(), sent_here.end(), std::back_inserter(received_), [&](const Element& element) {
       return !std::binary_search(known_elements.begin(), known_elements.end(), element.number);
     });
@@ -213,16 +210,8 @@ bool ContactMesh::gather(const Motion& motion, const Field& start, const std::ve
   const std::vector<std::array<PetscInt, 4>> old_centres = std::exchange(centres_, {});
   has_.assign(reach_.local(), false);
   centre_area_.clear();
-  for (const PetscInt e : here) {
-    add(element(e), surface_.element(e).corners);
-  }
-  for (const Element& element : received_) {
-    std::array<PetscInt, 4> corners{-1, -1, -1, -1};
-    for (std::size_t k = 0; k < 4 && element.corners[k] >= 0; ++k) {
-      corners[k] = numbers_.find(element.corners[k]);
-    }
-    add(element, corners);
-  }
+  std::for_each(here.begin(), here.end(), [this](const Element& element) { add(element); });
+  std::for_each(received_.begin(), received_.end(), [this](const Element& element) { add(element); });
   const bool is_same = triangles_ == old_triangles && centres_ == old_centres && reach_.ghost_global == old_ghosts;
   if (!is_same) {
     find_leads();
@@ -285,12 +274,11 @@ void ContactMesh::find_leads() {
   }
 }
 
-/// @param corners of the element, in reach
-void ContactMesh::add(const Element& element, const std::array<PetscInt, 4>& corners) {
-  for (const PetscInt corner : corners) {
-    if (corner >= 0) {
-      has_[corner] = true;
-    }
+void ContactMesh::add(const Element& element) {
+  std::array<PetscInt, 4> corners{-1, -1, -1, -1};
+  for (std::size_t k = 0; k < 4 && element.corners[k] >= 0; ++k) {
+    corners[k] = numbers_.find(element.corners[k]);
+    has_[corners[k]] = true;
   }
   if (corners[3] < 0) {
     triangles_.push_back({corners[0], corners[1], corners[2]});

@@ -30,7 +30,8 @@ SurfaceContact::SurfaceContact(const std::vector<ContactSurface::Part>& parts, c
       origin_(surface_.particles(), 3),
       low_(surface_.particles(), 3),
       high_(surface_.particles(), 3),
-      trial_(surface_.particles(), 3) {}
+      trial_(surface_.particles(), 3),
+      load_(surface_.particles().owned) {}
 
 void SurfaceContact::set_surface(const std::vector<bool>& constrained, const std::vector<bool>* active,
                                  std::size_t part) {
@@ -434,26 +435,21 @@ Eigen::Vector3d SurfaceContact::slip_of(const Rubbing& rubbing) const {
   return along_surface(moved, rubbing.normal);
 }
 
-/// Number in the pattern of a pair of particles in reach, which is added with its opposite if it is missing.
-std::size_t SurfaceContact::number_of(PetscInt row, PetscInt column) {
-  const PetscInt first = mesh_.reach().to_global(row);
-  const PetscInt second = mesh_.reach().to_global(column);
-  const bool is_first = first <= second;
-  const auto key = static_cast<std::uint64_t>(std::min(first, second)) * mesh_.reach().global + std::max(first, second);
-  const auto [known, is_missing] = number_.emplace(key, pattern_.size());
-  if (is_missing) {
-    pattern_.push_back({is_first ? row : column, std::max(first, second)});
-    pattern_.push_back({is_first ? column : row, std::min(first, second)});
-  }
-  return is_first ? known->second : known->second + 1;
-}
-
 /// Adds the numbers in the pattern of every two particles of a stencil: of the first with itself, of the second with
-/// the first, with itself, and so on.
+/// the first, with itself, and so on. Pairs that are missing are added to the pattern with their opposites.
 void SurfaceContact::add_places(const Stencil& stencil, std::vector<std::size_t>& places) {
+  const auto global = [&](std::size_t k) { return mesh_.reach().to_global(stencil.particles[k]); };
   for (std::size_t k = 0; k < stencil.count; ++k) {
     for (std::size_t l = 0; l <= k; ++l) {
-      places.push_back(number_of(stencil.particles[k], stencil.particles[l]));
+      const bool is_first = global(k) <= global(l);
+      const auto [first, second] = is_first ? std::pair(k, l) : std::pair(l, k);
+      const auto key = static_cast<std::uint64_t>(global(first)) * mesh_.reach().global + global(second);
+      const auto [known, is_missing] = number_.emplace(key, pattern_.size());
+      if (is_missing) {
+        pattern_.push_back({stencil.particles[first], global(second)});
+        pattern_.push_back({stencil.particles[second], global(first)});
+      }
+      places.push_back(is_first ? known->second : known->second + 1);
     }
   }
 }
@@ -544,9 +540,6 @@ void SurfaceContact::note_load() {
 }
 
 std::vector<double> SurfaceContact::load(std::size_t part) const {
-  if (load_.empty()) {
-    return std::vector<double>(joined().owned(part), 0);
-  }
   const auto first = load_.begin() + joined().first_owned(part);
   return {first, first + joined().owned(part)};
 }

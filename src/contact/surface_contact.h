@@ -141,7 +141,6 @@ class SurfaceContact : public Potential {
   const std::vector<Contact>& pressing(const Field& x) const;
   void note_rubbing(const Field& x);
   double friction_energy() const;
-  std::size_t number_of(PetscInt row, PetscInt column);
   void add_places(const Stencil& stencil, std::vector<std::size_t>& places);
   Stencil stencil(const ContactPair& pair, const std::array<double, 4>& weights) const;
   /// Lower triangle of a symmetric matrix of 3 x 3 blocks between the particles of a stencil.
