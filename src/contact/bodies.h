@@ -3,7 +3,6 @@
 #include <mpi.h>
 
 #include <Eigen/Core>
-#include <algorithm>
 #include <map>
 #include <optional>
 #include <string>

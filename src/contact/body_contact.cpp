@@ -2,12 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <set>
 #include <utility>
 
 #include "contact/contact_surface.h"
-#include "geometry/deepest_point.h"
 #include "parallel/collective.h"
 #include "surface/drawn_places.h"
 
@@ -23,11 +21,6 @@ constexpr double deeper = 0.02;  ///< by this a deepest point must be deeper tha
 constexpr int most_rounds = 12;  ///< at most so often Newton's method goes on in a step
 
 constexpr double stiffer_by = 4;
-
-/// Whether all weight of a point is on one particle.
-bool is_particle(const std::array<double, 4>& weights) {
-  return *std::max_element(weights.begin(), weights.end()) > 1 - 1e-6;
-}
 
 /// The second derivative of the distance from a round body (3 x 3), by central differences to 1e-6 of itself; 0 for a
 /// body with edges, where there is none [1/m].
@@ -328,7 +321,8 @@ void BodyContact::add_deepest(bool at_start, double below, std::size_t triangle,
   const Solid& solid = sweep_.solid(point.body, at_start);
   const auto add = [&](const DeepestPoint& found) {
     point.weights = weights_of(surface_, triangle, found.weights).weights;
-    if (found.gap.distance - margin < below && !is_particle(point.weights)) {
+    const bool is_particle = *std::max_element(point.weights.begin(), point.weights.end()) > 1 - 1e-6;
+    if (found.gap.distance - margin < below && !is_particle) {
       point.nearer = nearer(point.body, at_point(point, surface_.rest));
       points.push_back(point);
     }
@@ -357,9 +351,6 @@ bool BodyContact::add_points(const std::vector<ElementPoint>& found) {
 }
 
 void BodyContact::start_from(const Field& /*start*/, Field& x, double /*h*/) {
-  if (empty()) {
-    return;
-  }
   sweep_.stop_at_surface(x);
   std::set<std::pair<std::size_t, PetscInt>> known;
   for (const ElementPoint& point : points_) {
@@ -372,7 +363,7 @@ void BodyContact::start_from(const Field& /*start*/, Field& x, double /*h*/) {
 }
 
 bool BodyContact::refresh(const Field& x) {
-  if (empty() || ++rounds_ > most_rounds) {
+  if (++rounds_ > most_rounds) {
     return false;
   }
   bool changes = false;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <string>
 #include <vector>
@@ -79,7 +80,7 @@ class BodyContact : public Potential {
   void add_hessian(const HessianBlocks& blocks) const override;
   void start_from(const Field& start, Field& x, double h) override;
   bool refresh(const Field& x) override;
-  bool limits() const override { return !empty(); }
+  bool limits() const override { return true; }
   bool limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matrix3Xd> step) override;
 
   /// Message that the surface is too deep in a body; empty if it is not. Collective.

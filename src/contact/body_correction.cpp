@@ -1,8 +1,5 @@
 #include "contact/body_correction.h"
 
-#include <Eigen/Geometry>
-#include <array>
-
 #include "contact/slip.h"
 #include "parallel/collective.h"
 

@@ -163,10 +163,7 @@ bool ContactMesh::gather(const Motion& motion, const Field& start, const std::ve
     margin = surface_.largest_thickness();  // A triangle that comes later makes all new.
   }
   if (ranks > 1) {
-    std::vector<PetscInt> known_elements;
-    for (PetscInt e = elements.owned; e < elements.local(); ++e) {
-      known_elements.push_back(elements.to_global(e));
-    }
+    std::vector<PetscInt> known_elements = elements.ghost_global;
     for (const Element& element : received_) {
       known_elements.push_back(element.number);
     }

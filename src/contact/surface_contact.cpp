@@ -1,8 +1,6 @@
 #include "contact/surface_contact.h"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <limits>
 
 #include "parallel/collective.h"

@@ -111,8 +111,8 @@ class Edges {
 
   /// Moves the particles until no edge cuts through a triangle. @returns the pairs that still do after all sweeps
   std::vector<std::pair<int, int>> shorten_cuts(TangledMesh& mesh) const {
-    std::vector<Eigen::Vector3d> places = mesh.points();
     for (int sweep = 0;; ++sweep) {
+      const std::vector<Eigen::Vector3d> places = mesh.points();
       const std::vector<std::pair<int, int>> cuts = find_cuts(mesh.triangles, places);
       if (cuts.empty() || sweep == most_sweeps) {
         return cuts;
@@ -143,7 +143,6 @@ class Edges {
           mesh.particles[i] += move;
         }
       }
-      places = mesh.points();
     }
   }
 
