@@ -471,11 +471,13 @@ void BodyContact::rebound(const Field& x, const Field& before, const std::vector
         sweep_.gap_at(point.body, sweep_.before(point.body), at_point(point, sweep_.start())).distance;
     const Eigen::Vector3d by =
         missing(point.body, start_gap, at_point(point, x), at_point(point, before), at_point(point, velocity));
-    if (const auto shares = sweep_.shares(point, mass); shares && by.norm() > 0) {
-      changes.add(point.body, point, *shares, by, by.norm(), surface_.particles.owned);
+    if (by.norm() > 0) {
+      sweep_.add_change(point.body, point, mass, by, by.norm(), changes);
     }
   }
-  changes.visit(change);
+  for (const auto& [who, wanted] : changes) {
+    change(who.first, who.second, wanted.mean());
+  }
   velocity.update_ghosts();
   sum_over_ranks(surface_.comm(), forces);
   for (std::size_t b = 0; b < bodies().size(); ++b) {

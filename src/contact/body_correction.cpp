@@ -128,35 +128,19 @@ void BodyCorrection::push_particles(Field& positions, const ContactStep& step) {
 /// @returns whether any triangle was too deep, on any rank
 bool BodyCorrection::push_triangles(Field& positions, const ContactStep& step, const std::vector<bool>* with) {
   const double limit = tolerance / 2 * sweep_.thickness();
-  struct Move {
-    double length = 0;  ///< the largest that a triangle needs
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  };
-  std::map<std::pair<std::size_t, PetscInt>, Move> moves;  // by body and particle
+  WantedChanges moves;
   sweep_.visit_near_triangles(
       positions, false, -limit,
       [&](std::size_t b, std::size_t t, const auto&, const DeepestPoint& deepest) {
         const PointWeights point = weights_of(surface_, t, deepest.weights);
-        const auto shares = sweep_.shares(point, step.mass);
-        if (!shares) {
-          return;
-        }
         const Eigen::Vector3d x = at_point(point, positions);
         const Eigen::Vector3d by = corrected(b, deepest.gap, 0, at_point(point, step.start), x) - x;
-        for (std::size_t k = 0; k < 4; ++k) {
-          const double fraction = (*shares)[k];
-          if (fraction > 0 && point.particles[k] < surface_.particles.owned) {
-            Move& move = moves[{b, point.particles[k]}];
-            const Eigen::Vector3d wanted = fraction * by;
-            move.length = std::max(move.length, wanted.norm());
-            move.sum += wanted;
-          }
-        }
+        sweep_.add_change(b, point, step.mass, by, 1, moves);
       },
       with);
   for (const auto& [who, move] : moves) {
     const auto& [body, particle] = who;
-    const Eigen::Vector3d by = move.length * move.sum.normalized();
+    const Eigen::Vector3d by = move.largest * move.sum.normalized();
     positions.vector(particle) += by;
     add_force(body, particle, by, step);
   }
@@ -211,8 +195,7 @@ void BodyCorrection::stop_triangles(Field& velocities, const Field& positions, c
       [&](std::size_t b, std::size_t t, const auto&, const DeepestPoint& deepest) {
         const Body& body = bodies_[b];
         const PointWeights point = weights_of(surface_, t, deepest.weights);
-        const auto shares = sweep_.shares(point, step.mass);
-        if (!shares) {
+        if (!sweep_.can_move(point)) {
           return;
         }
         triangle_gap_[b] = std::min(triangle_gap_[b], deepest.gap.distance);
@@ -230,13 +213,15 @@ void BodyCorrection::stop_triangles(Field& velocities, const Field& positions, c
         const double approach = rebound - relative.dot(normal);
         if (approach > 0) {
           const Eigen::Vector3d slip = slip_after_friction(along_surface(relative, normal), body.friction * approach);
-          changes.add(b, point, *shares, rebound * normal + slip - relative, approach, surface_.particles.owned);
+          sweep_.add_change(b, point, step.mass, rebound * normal + slip - relative, approach, changes);
         }
       });
-  changes.visit([&](std::size_t body, PetscInt particle, const Eigen::Vector3d& by) {
+  for (const auto& [who, change] : changes) {
+    const auto& [body, particle] = who;
+    const Eigen::Vector3d by = change.mean();
     velocities.vector(particle) += by;
     force_[body] -= step.mass[particle] / step.h * by;
-  });
+  }
   if (on_any_rank(surface_.comm(), !changes.empty())) {
     velocities.update_ghosts();
   }

@@ -41,36 +41,36 @@ PointWeights weights_of(const Surface& surface, std::size_t triangle, const Eige
   return result;
 }
 
-void WantedChanges::add(std::size_t body, const PointWeights& point, const std::array<double, 4>& shares,
-                        const Eigen::Vector3d& by, double weight, PetscInt owned) {
+bool BodySweep::can_move(const PointWeights& point) const {
+  double free = 0;
   for (std::size_t k = 0; k < 4; ++k) {
-    if (shares[k] > 0 && point.particles[k] < owned) {
-      Change& change = changes_[{body, point.particles[k]}];
-      change.weight += weight;
-      change.sum += weight * shares[k] * by;
-    }
+    free += is_held(point.particles[k]) ? 0 : point.weights[k];
   }
+  return free >= least_free;
 }
 
-std::optional<std::array<double, 4>> BodySweep::shares(const PointWeights& point,
-                                                       const std::vector<double>& mass) const {
-  std::array<double, 4> shares{};
-  double free = 0;
+void BodySweep::add_change(std::size_t body, const PointWeights& point, const std::vector<double>& mass,
+                           const Eigen::Vector3d& by, double weight, WantedChanges& changes) const {
+  if (!can_move(point)) {
+    return;
+  }
+  std::array<double, 4> shares{};  // displacements of the particles, in proportion
   double sum = 0;
   for (std::size_t k = 0; k < 4; ++k) {
     if (const PetscInt particle = point.particles[k]; !is_held(particle)) {
-      free += point.weights[k];
       shares[k] = point.weights[k] / mass[particle];
       sum += shares[k] * point.weights[k];
     }
   }
-  if (free < least_free) {
-    return std::nullopt;
+  for (std::size_t k = 0; k < 4; ++k) {
+    const double fraction = shares[k] / sum;
+    if (fraction > 0 && point.particles[k] < surface_.particles.owned) {
+      WantedChange& change = changes[{body, point.particles[k]}];
+      change.weight += weight;
+      change.sum += weight * fraction * by;
+      change.largest = std::max(change.largest, (fraction * by).norm());
+    }
   }
-  for (double& fraction : shares) {
-    fraction /= sum;
-  }
-  return shares;
 }
 
 BodySweep::BodySweep(const Surface& surface, std::vector<Body> bodies, double thickness)

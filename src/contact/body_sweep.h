@@ -36,31 +36,16 @@ Eigen::Vector3d at_point(const PointWeights& point, const Values& values) {
 }
 inline Eigen::Vector3d at_point(const PointWeights& point, const Field& x) { return at_point(point, x.values()); }
 
-/// Changes that points of triangles which touch bodies need in the velocities of their corners. At each body a particle
-/// gets the mean of the changes that its points need, weighted with their amounts, so that rounding does not decide
-/// which points count.
-class WantedChanges {
- public:
-  /// Adds a point's change to its owned particles. @param shares displacements of the particles if the point moves by 1
-  /// @param by change that the point needs [m/s] @param weight of this change in the mean [m/s]
-  void add(std::size_t body, const PointWeights& point, const std::array<double, 4>& shares, const Eigen::Vector3d& by,
-           double weight, PetscInt owned);
-  /// Calls `take` with body, particle and its change.
-  template <class Take>
-  void visit(const Take& take) const {
-    for (const auto& [who, change] : changes_) {
-      take(who.first, who.second, Eigen::Vector3d(change.sum / change.weight));
-    }
-  }
-  bool empty() const { return changes_.empty(); }
+/// The changes that points of triangles which touch a body need in the place or the velocity of one of their corners.
+struct WantedChange {
+  double weight = 0;                              ///< sum of the changes' weights
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();  ///< of the changes times their weights
+  double largest = 0;                             ///< length of the largest change
 
- private:
-  struct Change {
-    double weight = 0;
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  };
-  std::map<std::pair<std::size_t, PetscInt>, Change> changes_;  ///< by body and particle
+  /// The mean of the changes: weighted with their amounts, rounding does not decide which points count.
+  Eigen::Vector3d mean() const { return sum / weight; }
 };
+using WantedChanges = std::map<std::pair<std::size_t, PetscInt>, WantedChange>;  ///< by body and particle
 
 /// Moving bodies: finds a surface's surface triangles near them and keeps displacements from passing through a body.
 class BodySweep {
@@ -95,9 +80,12 @@ class BodySweep {
   }
   /// Gap between a body with its margin and a local particle at the step's start [m].
   double start_gap(std::size_t body, PetscInt particle) const { return moved_[body].start_gap[particle]; }
-  /// Displacements of a point's particles that move the point by 1, in proportion to weight over mass; none if the free
-  /// particles have too little weight to move it.
-  std::optional<std::array<double, 4>> shares(const PointWeights& point, const std::vector<double>& mass) const;
+  /// Whether the free particles of a point have enough weight to move it.
+  bool can_move(const PointWeights& point) const;
+  /// Adds the change that a point needs to those of its owned particles, in proportion to weight over mass; nothing if
+  /// it cannot move. @param by change of the point @param weight of this change in the mean
+  void add_change(std::size_t body, const PointWeights& point, const std::vector<double>& mass,
+                  const Eigen::Vector3d& by, double weight, WantedChanges& changes) const;
   /// Mean velocity over the step of the body's material point that is at x in the end [m/s].
   Eigen::Vector3d velocity_at(std::size_t body, const Eigen::Vector3d& x) const {
     return (x - carried(after(body).pose, before(body).pose, x)) / h_;

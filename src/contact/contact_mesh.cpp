@@ -75,9 +75,7 @@ ContactMesh::Element ContactMesh::element(PetscInt number) const {
   for (std::size_t k = 0; k < 4 && known.corners[k] >= 0; ++k) {
     element.corners[k] = surface_.particles().to_global(known.corners[k]);
   }
-  for (std::size_t t = 0; t < known.triangles(); ++t) {
-    element.lives[t] = surface_.lives(known, t);
-  }
+  element.lives = known.lives;
   element.area = known.area;
   return element;
 }

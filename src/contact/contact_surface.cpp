@@ -33,8 +33,7 @@ ContactSurface::ContactSurface(const std::vector<Part>& parts)
       elements_(layouts_of(parts, &Surface::elements)),
       local_elements_(elements_.layout().local()),
       rest_(3, particles_.layout().local()),
-      part_(particles_.layout().local()),
-      active_(parts.size()) {
+      part_(particles_.layout().local()) {
   for (std::size_t p = 0; p < parts.size(); ++p) {
     const Surface& part = *parts[p].surface;
     parts_[p].thickness = parts[p].thickness_or_usual();
@@ -46,8 +45,6 @@ ContactSurface::ContactSurface(const std::vector<Part>& parts)
     for (PetscInt e = 0; e < part.elements.local(); ++e) {
       const std::size_t number = e;
       Element& element = local_elements_[elements_.local(p, e)];
-      element.part = p;
-      element.first_triangle = number * static_cast<std::size_t>(part.triangles_per_element);
       for (PetscInt k = 0; k < part.sides_per_element(); ++k) {
         element.corners[k] = particles_.local(p, part.corner(number, k));
       }
@@ -59,6 +56,14 @@ ContactSurface::ContactSurface(const std::vector<Part>& parts)
       };
       element.area = (part.has_quads() ? side(0, 2).cross(side(1, 3)) : side(0, 1).cross(side(0, 2))).norm() / 2;
     }
+    set_active(p, std::vector<bool>(part.triangles.size(), true));
+  }
+}
+
+void ContactSurface::set_active(std::size_t part, const std::vector<bool>& triangles) {
+  const std::size_t each = parts_[part].surface->triangles_per_element;
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    local_elements_[elements_.local(part, static_cast<PetscInt>(t / each))].lives[t % each] = triangles[t];
   }
 }
 

@@ -28,11 +28,9 @@ class ContactSurface {
   struct Element {
     std::array<PetscInt, 4> corners{-1, -1, -1, -1};  ///< particles; a triangle's fourth is -1
     PetscInt lattice = -1;                            ///< particle at a quad's centre, owned with the quad; -1: none
-    std::size_t part = 0;
-    std::size_t first_triangle = 0;  ///< among the part's surface triangles
-    double area = 0;                 ///< undeformed [m^2]
+    std::array<bool, 4> lives{};                      ///< of its surface triangles: whether they are active
+    double area = 0;                                  ///< undeformed [m^2]
     bool is_quad() const { return corners[3] >= 0; }
-    std::size_t triangles() const { return is_quad() ? 4 : 1; }
   };
 
   /// Collective. @param parts at least one, of the same communicator; must outlive it
@@ -56,11 +54,7 @@ class ContactSurface {
   /// Sets the stiffness of a part's contact with itself [Pa/m].
   void set_stiffness(std::size_t part, double stiffness) { parts_[part].stiffness = stiffness; }
   /// Sets which surface triangles of a part are active; all at first.
-  void set_active(std::size_t part, std::vector<bool> triangles) { active_[part] = std::move(triangles); }
-  bool lives(const Element& element, std::size_t triangle) const {
-    const std::vector<bool>& active = active_[element.part];
-    return active.empty() || active[element.first_triangle + triangle];
-  }
+  void set_active(std::size_t part, const std::vector<bool>& triangles);
 
  private:
   std::vector<Part> parts_;  ///< with their thickness
@@ -70,7 +64,6 @@ class ContactSurface {
   Eigen::Matrix3Xd rest_;
   std::vector<std::size_t> part_;  ///< of each local particle
   double largest_thickness_ = 0;
-  std::vector<std::vector<bool>> active_;  ///< of each part; empty: all
 };
 
 /// Mean undeformed side of a surface's elements [m]. Collective.

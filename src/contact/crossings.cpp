@@ -9,6 +9,7 @@
 #include <tuple>
 #include <utility>
 
+#include "base/error.h"
 #include "geometry/nearest_points.h"
 #include "meshing/self_intersection.h"
 #include "parallel/collective.h"
@@ -117,11 +118,7 @@ void note_first(Crossings& crossings, const std::vector<Drawn>& all, const Numbe
 template <class Find>
 Crossings found_on_root(MPI_Comm comm, const Find& find) {
   Crossings crossings;
-  int rank = 0;
-  MPI_Comm_rank(comm, &rank);
-  if (rank == 0) {
-    find(crossings);
-  }
+  on_root(comm, [&] { find(crossings); });
   MPI_Bcast(&crossings, sizeof crossings, MPI_BYTE, 0, comm);
   return crossings;
 }

@@ -1,7 +1,6 @@
 #include "contact/surface_contact.h"
 
 #include <algorithm>
-#include <limits>
 
 #include "parallel/collective.h"
 
@@ -21,7 +20,6 @@ SurfaceContact::SurfaceContact(const std::vector<ContactSurface::Part>& parts, c
     : surface_(parts),
       options_(options),
       is_free_(is_free),
-      thickness_(surface_.largest_thickness()),
       mesh_(surface_),
       constrained_(surface_.particles().local()),
       start_(surface_.particles(), 3),
@@ -52,8 +50,7 @@ void SurfaceContact::Stencil::add(PetscInt particle, double weight) {
 }
 
 std::size_t SurfaceContact::Stencil::find(PetscInt particle) const {
-  const auto end = particles.begin() + static_cast<std::ptrdiff_t>(count);
-  return static_cast<std::size_t>(std::find(particles.begin(), end, particle) - particles.begin());
+  return std::find(particles.begin(), particles.begin() + count, particle) - particles.begin();
 }
 
 SurfaceContact::Stencil SurfaceContact::stencil(const ContactPair& pair, const std::array<double, 4>& weights) const {
@@ -71,17 +68,14 @@ SurfaceContact::Stencil SurfaceContact::stencil(const ContactPair& pair, const s
 
 /// Whether this rank adds a pair to sums over all ranks: it owns the particle of the pair with the lowest number.
 bool SurfaceContact::counts(const ContactPair& pair) const {
-  PetscInt lowest = -1;
-  PetscInt number = std::numeric_limits<PetscInt>::max();
+  const Layout& reach = mesh_.reach();
+  PetscInt lowest = reach.global;
   for (const PetscInt point : pair.points) {
     for (const PetscInt i : mesh_.particles(point)) {
-      if (const PetscInt global = mesh_.reach().to_global(i); global < number) {
-        number = global;
-        lowest = i;
-      }
+      lowest = std::min(lowest, reach.to_global(i));
     }
   }
-  return lowest < mesh_.reach().owned;
+  return lowest >= reach.first && lowest < reach.first + reach.owned;
 }
 
 void SurfaceContact::prepare(const Field& start, const Field& x, double h, Field& begin) {
@@ -587,7 +581,7 @@ void SurfaceContact::correct(Field& before, Field& x, const std::vector<double>&
 }
 
 ContactFigures SurfaceContact::figures(const Field& x) const {
-  ContactFigures figures{0, thickness_};
+  ContactFigures figures{0, thickness()};
   for (const Contact& contact : pressing(x)) {
     if (counts(*contact.pair)) {
       ++figures.contacts;

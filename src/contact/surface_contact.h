@@ -101,7 +101,7 @@ class SurfaceContact : public Potential {
   /// Share of the thickness that is the least gap of a pair at a step's start: nearer features count as touching.
   static constexpr double least_gap = 1e-6;
   /// Gap at which two surfaces begin to press [m].
-  double thickness() const { return thickness_; }
+  double thickness() const { return surface_.largest_thickness(); }
 
  private:
   /// Particles and weights whose sum is the vector between two features.
@@ -152,7 +152,6 @@ class SurfaceContact : public Potential {
   ContactSurface surface_;
   ContactOptions options_;
   bool is_free_;
-  double thickness_ = 0;  ///< the largest of all parts [m]
   ContactMesh mesh_;
   std::vector<bool> constrained_;    ///< of the local particles
   Field start_;                      ///< of the step
