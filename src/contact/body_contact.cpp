@@ -306,7 +306,7 @@ BodyContact::ElementPoint BodyContact::point_of(std::size_t body, std::size_t tr
   point.body = body;
   point.element = static_cast<PetscInt>(triangle / static_cast<std::size_t>(surface_.triangles_per_element));
   point.stiffness = stiffness_ * element_area_[point.element] / static_cast<double>(surface_.triangles_per_element);
-  point.particles = weights_of(surface_, triangle, Eigen::Vector3d::Zero()).particles;
+  point.particles = corners_of(surface_, point.element);
   return point;
 }
 

@@ -5,10 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "contact/barrier.h"
 #include "contact/body_sweep.h"
+#include "contact/contact_laws.h"
 #include "contact/contact_options.h"
-#include "contact/slip.h"
 #include "energies/potential.h"
 #include "energies/vertex_potential.h"
 #include "geometry/deepest_point.h"

@@ -1,6 +1,6 @@
 #include "contact/body_correction.h"
 
-#include "contact/slip.h"
+#include "contact/contact_laws.h"
 #include "parallel/collective.h"
 
 namespace pellicle {
@@ -151,8 +151,7 @@ bool BodyCorrection::push_triangles(Field& positions, const ContactStep& step, c
   return true;
 }
 
-PetscInt BodyCorrection::correct_velocities(Field& velocities, const Field& positions, const ContactStep& step) {
-  PetscInt approaching = 0;
+void BodyCorrection::correct_velocities(Field& velocities, const Field& positions, const ContactStep& step) {
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     const Body& body = bodies_[b];
     const Solid& solid = sweep_.after(b);
@@ -176,14 +175,12 @@ PetscInt BodyCorrection::correct_velocities(Field& velocities, const Field& posi
           body_velocity + rebound * gap.normal +
           slip_after_friction(along_surface(relative, gap.normal), body.friction * approach);
       if (i < step.particles.owned) {
-        ++approaching;
         force_[b] -= step.mass[i] / step.h * (corrected - velocities.vector(i));
       }
       velocities.vector(i) = corrected;
     }
   }
   stop_triangles(velocities, positions, step);
-  return approaching;
 }
 
 /// Corrects the velocities of the corners of triangles whose deepest points touch a body. Collective.

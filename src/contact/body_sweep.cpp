@@ -30,14 +30,13 @@ double farthest_way(const Field& from, const Field& to) {
 }  // namespace
 
 PointWeights weights_of(const Surface& surface, std::size_t triangle, const Eigen::Vector3d& weights) {
-  const std::array<PetscInt, 3>& corners = surface.triangles[triangle];
-  if (!surface.has_quads()) {
-    return {{corners[0], corners[1], corners[2], corners[2]}, {weights[0], weights[1], weights[2], 0}};
+  PointWeights result{corners_of(surface, triangle / static_cast<std::size_t>(surface.triangles_per_element)),
+                      {weights[0], weights[1], weights[2], 0}};
+  if (surface.has_quads()) {
+    result.weights.fill(weights[2] / 4);
+    result.weights[triangle % 4] += weights[0];
+    result.weights[(triangle + 1) % 4] += weights[1];
   }
-  PointWeights result{surface.cells[triangle / 4], {}};
-  result.weights.fill(weights[2] / 4);
-  result.weights[triangle % 4] += weights[0];
-  result.weights[(triangle + 1) % 4] += weights[1];
   return result;
 }
 
@@ -117,12 +116,8 @@ void BodySweep::set_time(double time_end, double h) {
 
 /// Whether an element has one of these particles as a corner.
 bool BodySweep::has_any(std::size_t element, const std::vector<bool>& particles) const {
-  for (PetscInt k = 0; k < surface_.sides_per_element(); ++k) {
-    if (particles[surface_.corner(element, k)]) {
-      return true;
-    }
-  }
-  return false;
+  const std::array<PetscInt, 4> corners = corners_of(surface_, element);
+  return std::any_of(corners.begin(), corners.end(), [&particles](PetscInt i) { return particles[i]; });
 }
 
 /// Farthest that a local particle has moved relative to the body since the start [m].
@@ -137,18 +132,11 @@ double BodySweep::farthest_moved(std::size_t body, const Field& x) const {
   return farthest;
 }
 
-/// Lower bound of the gap between an element and a body [m].
+/// Lower bound of the gap between an element and a body, by the gap of its first corner [m].
 double BodySweep::least_gap(std::size_t body, const Solid& solid, std::size_t element, const Field& x) const {
-  const Eigen::Vector3d first = x.vector(surface_.corner(element, 0));
-  const SignedDistance gap = gap_at(body, solid, first);
-  double radius = 0;
-  double rise = 0;  // the least of the tangent plane, below which the distance of a convex body does not lie
-  for (std::size_t k = 1; k < static_cast<std::size_t>(surface_.sides_per_element()); ++k) {
-    const Eigen::Vector3d arm = x.vector(surface_.corner(element, k)) - first;
-    radius = std::max(radius, arm.norm());
-    rise = std::min(rise, gap.normal.dot(arm));
-  }
-  return gap.distance + (solid.is_convex() ? rise : -radius);
+  const auto [first, a, b, c] = corners_of(surface_, element);
+  return least_distance(solid, {x.vector(a), x.vector(b), x.vector(c)}, x.vector(first),
+                        gap_at(body, solid, x.vector(first)));
 }
 
 /// The deepest point of a triangle, if the triangle is active, not constrained, and nearer to a body than `below`.
@@ -160,7 +148,7 @@ std::optional<DeepestPoint> BodySweep::deepest_near(std::size_t body, const Soli
   const double margin = bodies_[body].margin;
   std::optional<DeepestPoint> found = deepest_point(solid, at, below + margin, gap_error * thickness_);
   if (found && found->gap.distance - margin < below) {
-    const std::array<PetscInt, 4> particles = weights_of(surface_, triangle, Eigen::Vector3d::Zero()).particles;
+    const auto particles = corners_of(surface_, triangle / static_cast<std::size_t>(surface_.triangles_per_element));
     if (!std::all_of(particles.begin(), particles.end(), [this](PetscInt i) { return is_held(i); })) {
       return found;
     }
@@ -248,9 +236,8 @@ std::vector<double> BodySweep::safe_shares(std::size_t body, const Field& from, 
       const auto deepest = deepest_point(solid, at, std::numeric_limits<double>::infinity(), rounding);
       return deepest->gap.distance - margin;
     });
-    for (PetscInt k = 0; k < surface_.sides_per_element(); ++k) {
-      double& least = shares[surface_.corner(element, k)];
-      least = std::min(least, fraction);
+    for (const PetscInt i : corners_of(surface_, element)) {
+      shares[i] = std::min(shares[i], fraction);
     }
   }
   return shares;

@@ -16,6 +16,12 @@
 namespace pellicle {
 inline namespace contact {
 
+/// Corners of an element; the last one of a triangle comes twice.
+inline std::array<PetscInt, 4> corners_of(const Surface& surface, std::size_t element) {
+  return {surface.corner(element, 0), surface.corner(element, 1), surface.corner(element, 2),
+          surface.corner(element, surface.has_quads() ? 3 : 2)};
+}
+
 /// Particles and weights of a point of a surface triangle; unused entries have weight 0.
 struct PointWeights {
   std::array<PetscInt, 4> particles{};

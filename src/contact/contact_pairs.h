@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-#include "contact/barrier.h"
+#include "contact/contact_laws.h"
 #include "contact/contact_mesh.h"
 #include "geometry/nearest_points.h"
 

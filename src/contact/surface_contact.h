@@ -6,10 +6,10 @@
 #include <unordered_map>
 #include <vector>
 
+#include "contact/contact_laws.h"
 #include "contact/contact_options.h"
 #include "contact/contact_pairs.h"
 #include "contact/contact_surface.h"
-#include "contact/slip.h"
 #include "energies/potential.h"
 
 namespace pellicle {

@@ -1,6 +1,6 @@
-#include "contact/barrier.h"
-
 #include <gtest/gtest.h>
+
+#include "contact/contact_laws.h"
 
 namespace pellicle::barrier_test {
 namespace {
