@@ -72,13 +72,6 @@ std::shared_ptr<const ClosedMesh> read_closed_mesh(MPI_Comm comm, const std::str
   return std::make_shared<const ClosedMesh>(std::move(points), std::move(triangles));
 }
 
-Shape shape_of(MPI_Comm comm, const std::string& key, const BodyOptions& options) {
-  const ShapeKind* kind = kind_of(options.shape);
-  const Eigen::Vector3d size(options.size.data());
-  return kind != nullptr ? kind->of({options.radius, options.length, options.tube_radius, size})
-                         : read_closed_mesh(comm, key, options);
-}
-
 RigidMotion motion_of(const BodyOptions& options) {
   const bool is_plane = has(options.shape, ShapeOption::plane);
   Pose start;
@@ -210,8 +203,7 @@ void describe(OptionTable& table, BodyOptions& options) {
       .acts_with(hot)
       .help(
           "gap over which heat_transfer falls smoothly to 0, beyond the gap at which a surface rests on the body; a "
-          "few "
-          "times the gaps that the mesh leaves where it touches a round body");
+          "few times the gaps that the mesh leaves where it touches a round body");
 }
 
 std::vector<Body> make_bodies(MPI_Comm comm, const std::map<std::string, BodyOptions>& options) {
@@ -220,7 +212,11 @@ std::vector<Body> make_bodies(MPI_Comm comm, const std::map<std::string, BodyOpt
     const std::string key = "bodies." + name;
     const RigidMotion motion = motion_of(given);
     require_valid(key, given, motion);
-    bodies.push_back({given, name, shape_of(comm, key, given), motion});
+    const ShapeKind* kind = kind_of(given.shape);
+    const Eigen::Vector3d size(given.size.data());
+    const Shape shape = kind != nullptr ? kind->of({given.radius, given.length, given.tube_radius, size})
+                                        : read_closed_mesh(comm, key, given);
+    bodies.push_back({given, name, shape, motion});
   }
   return bodies;
 }

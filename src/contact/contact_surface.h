@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <array>
 #include <optional>
-#include <utility>
 #include <vector>
 
 #include "parallel/joined_layout.h"
