@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <functional>
 #include <memory>
 #include <utility>
 
@@ -101,21 +100,19 @@ void describe(OptionTable& table, BodyOptions& options) {
       .help(
           "what the body is; a plane is solid behind it, a capsule is a cylinder between two half balls, a ring is a "
           "torus, a mesh is read from a file");
-  const auto shapes = [&options](const std::function<bool(BodyShape)>& is_one) {
+  const auto last = static_cast<int>(shape_kinds().size());
+  const auto of = [&options, last](ShapeOption option, bool has_it = true) {
     std::vector<BodyShape> all;
-    for (std::size_t number = 0; number <= shape_kinds().size(); ++number) {
-      if (is_one(static_cast<BodyShape>(number))) {
-        all.push_back(static_cast<BodyShape>(number));
+    for (int number = 0; number <= last; ++number) {
+      if (has(BodyShape{number}, option) == has_it) {
+        all.push_back(BodyShape{number});
       }
     }
     return one_of("shape", options.shape, all);
   };
-  const auto of = [&shapes](ShapeOption option) {
-    return shapes([option](BodyShape shape) { return has(shape, option); });
-  };
   const Condition plane = of(ShapeOption::plane);
-  const Condition solid = shapes([](BodyShape shape) { return !has(shape, ShapeOption::plane); });
-  const Condition mesh = shapes([](BodyShape shape) { return kind_of(shape) == nullptr; });
+  const Condition solid = of(ShapeOption::plane, false);
+  const Condition mesh = one_of("shape", options.shape, {BodyShape{last}});
   const Condition without_path{"no path", [&options] { return options.path.empty(); }};
   const Condition without_rotation{"no rotation", [&options] { return options.rotation.empty(); }};
   table.add("centre", options.centre)

@@ -408,8 +408,6 @@ std::string BodyContact::fault(const Field& x) const {
   return entered_too_deep(bodies(), loads(x), tolerance * thickness());
 }
 
-std::string BodyContact::start_fault() const { return sweep_.start_fault(tolerance * thickness()); }
-
 std::vector<BodyLoad> BodyContact::loads(const Field& x) const {
   Eigen::Matrix3Xd forces = Eigen::Matrix3Xd::Zero(3, bodies().size());
   std::vector<double> gaps(bodies().size(), thickness());

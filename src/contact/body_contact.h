@@ -85,7 +85,7 @@ class BodyContact : public Potential {
   /// Message that the surface is too deep in a body; empty if it is not. Collective.
   std::string fault(const Field& x) const;
   /// Message that names the body in which particles are too deep at the step's start, or empty. Collective.
-  std::string start_fault() const;
+  std::string start_fault() const { return sweep_.start_fault(tolerance * thickness()); }
   /// Applies the restitution of bodies to the velocities of particles that have come to touch a body in the step, and
   /// then to points of elements that still leave the body too slowly. Collective.
   /// @param before velocities at the beginning of the step [m/s] @param mass of the local particles [kg]
