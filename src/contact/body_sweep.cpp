@@ -11,8 +11,8 @@ inline namespace contact {
 
 namespace {
 
-constexpr double surface_gap =
-    0.7;                            ///< gap at which what comes from outside is stopped, as a fraction of the thickness
+/// Gap at which what comes from outside is stopped, as a fraction of the thickness.
+constexpr double surface_gap = 0.7;
 constexpr double least_free = 0.1;  ///< least weight of free particles in a point that can move it
 
 double longest_side(const std::array<Eigen::Vector3d, 3>& corners) {
