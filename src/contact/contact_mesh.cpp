@@ -68,18 +68,6 @@ ContactMesh::ContactMesh(const ContactSurface& surface)
   update_ghosts(surface.particles(), particle_area_);
 }
 
-ContactMesh::Element ContactMesh::element(PetscInt number) const {
-  const ContactSurface::Element& known = surface_.element(number);
-  Element element;
-  element.number = surface_.elements().to_global(number);
-  for (std::size_t k = 0; k < 4 && known.corners[k] >= 0; ++k) {
-    element.corners[k] = surface_.particles().to_global(known.corners[k]);
-  }
-  element.lives = known.lives;
-  element.area = known.area;
-  return element;
-}
-
 Box ContactMesh::box(PetscInt element, const Motion& motion) const {
   Box box;
   double wider = 0;
@@ -139,15 +127,17 @@ bool ContactMesh::gather(const Motion& motion, const Field& start, const std::ve
   std::size_t own = 0;
   std::vector<Box> boxes;
   for (PetscInt e = 0; e < elements.local(); ++e) {
-    const Element whole = element(e);
-    if (std::none_of(whole.lives.begin(), whole.lives.end(), [](bool lives) { return lives; })) {
+    const auto& [corners, lattice, lives, area] = surface_.element(e);
+    if (std::none_of(lives.begin(), lives.end(), [](bool is) { return is; })) {
       continue;
     }
-    here.push_back(whole);
+    Element& element = here.emplace_back(Element{elements.to_global(e), {-1, -1, -1, -1}, lives, area});
+    for (std::size_t k = 0; k < 4 && corners[k] >= 0; ++k) {
+      element.corners[k] = particles.to_global(corners[k]);
+    }
     own += e < elements.owned ? 1 : 0;
     // An element that touches this rank's particles is either owned, or a ghost whose owner also asks for its
     // neighbours.
-    const std::array<PetscInt, 4>& corners = surface_.element(e).corners;
     const auto is_own = [&particles](PetscInt i) { return i >= 0 && i < particles.owned; };
     if (e < elements.owned || std::any_of(corners.begin(), corners.end(), is_own)) {
       boxes.push_back(box(e, motion));

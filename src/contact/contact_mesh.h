@@ -103,7 +103,6 @@ class ContactMesh {
     }
     return of_point.weight() * sum;
   }
-  Element element(PetscInt number) const;
   Eigen::AlignedBox3d box(PetscInt element, const Motion& motion) const;
   std::vector<Element> receive(const std::vector<Element>& here, std::size_t own,
                                const std::vector<Eigen::AlignedBox3d>& boxes, double margin) const;
