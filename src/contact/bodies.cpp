@@ -2,8 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
-#include <functional>
+#include <algorithm>
 #include <memory>
 #include <utility>
 
@@ -52,55 +51,34 @@ void require_valid(const std::string& key, const BodyOptions& options, const Rig
 
 /// The mesh of a body, on every rank. Collective. @throws Error
 std::shared_ptr<const ClosedMesh> read_closed_mesh(MPI_Comm comm, const std::string& key, const BodyOptions& options) {
-  std::vector<double> coordinates;
-  std::vector<int> corners;
+  std::vector<Eigen::Vector3d> points;
+  Triangles triangles;
   on_root(comm, [&] {
     SurfaceMesh mesh = read_mesh(options.file);
     check_and_repair(mesh, options.file);
     for (const Eigen::Vector3d& point : mesh.points) {
-      coordinates.insert(coordinates.end(), point.begin(), point.end());
+      points.emplace_back(options.scale * point);
     }
     for (const std::vector<int>& face : triangulated(mesh).faces) {
-      corners.insert(corners.end(), face.begin(), face.end());
+      triangles.push_back({face[0], face[1], face[2]});
     }
   });
-  coordinates = of_all_ranks(comm, coordinates);
-  corners = of_all_ranks(comm, corners);
-  std::vector<Eigen::Vector3d> points;
-  for (std::size_t i = 0; i < coordinates.size(); i += 3) {
-    points.emplace_back(options.scale * coordinates[i], options.scale * coordinates[i + 1],
-                        options.scale * coordinates[i + 2]);
-  }
-  Triangles triangles;
-  for (std::size_t i = 0; i < corners.size(); i += 3) {
-    triangles.push_back({corners[i], corners[i + 1], corners[i + 2]});
-  }
+  points = of_all_ranks(comm, points);
+  triangles = of_all_ranks(comm, triangles);
   if (const std::string fault = fault_of_closed_mesh(points, triangles); !fault.empty()) {
     throw Error(key + ".file: " + options.file + ": " + fault + ", expected a closed mesh with normals outward");
   }
   return std::make_shared<const ClosedMesh>(std::move(points), std::move(triangles));
 }
 
-Shape shape_of(MPI_Comm comm, const std::string& key, const BodyOptions& options) {
-  const ShapeKind* kind = kind_of(options.shape);
-  const Eigen::Vector3d size(options.size[0], options.size[1], options.size[2]);
-  return kind != nullptr ? kind->of({options.radius, options.length, options.tube_radius, size})
-                         : read_closed_mesh(comm, key, options);
-}
-
 RigidMotion motion_of(const BodyOptions& options) {
-  RigidMotion motion;
   const bool is_plane = has(options.shape, ShapeOption::plane);
-  motion.start.place = is_plane ? options.point : options.centre;
-  const Eigen::Vector3d up = is_plane ? options.normal : options.axis;
+  Pose start;
+  start.place = is_plane ? options.point : options.centre;
   if (is_plane || has(options.shape, ShapeOption::axis)) {
-    motion.start.turn = rotation_between(Eigen::Vector3d::UnitZ(), up);
+    start.turn = rotation_between(Eigen::Vector3d::UnitZ(), is_plane ? options.normal : options.axis);
   }
-  motion.velocity = options.velocity;
-  motion.path = options.path;
-  motion.angular_velocity = options.angular_velocity;
-  motion.rotation = options.rotation;
-  return motion;
+  return {start, options.velocity, options.path, options.angular_velocity, options.rotation};
 }
 
 }  // namespace
@@ -122,21 +100,19 @@ void describe(OptionTable& table, BodyOptions& options) {
       .help(
           "what the body is; a plane is solid behind it, a capsule is a cylinder between two half balls, a ring is a "
           "torus, a mesh is read from a file");
-  const auto shapes = [&options](const std::function<bool(BodyShape)>& is_one) {
+  const auto last = static_cast<int>(shape_kinds().size());
+  const auto of = [&options, last](ShapeOption option, bool has_it = true) {
     std::vector<BodyShape> all;
-    for (std::size_t number = 0; number <= shape_kinds().size(); ++number) {
-      if (is_one(static_cast<BodyShape>(number))) {
-        all.push_back(static_cast<BodyShape>(number));
+    for (int number = 0; number <= last; ++number) {
+      if (has(BodyShape{number}, option) == has_it) {
+        all.push_back(BodyShape{number});
       }
     }
     return one_of("shape", options.shape, all);
   };
-  const auto of = [&shapes](ShapeOption option) {
-    return shapes([option](BodyShape shape) { return has(shape, option); });
-  };
   const Condition plane = of(ShapeOption::plane);
-  const Condition solid = shapes([](BodyShape shape) { return !has(shape, ShapeOption::plane); });
-  const Condition mesh = shapes([](BodyShape shape) { return kind_of(shape) == nullptr; });
+  const Condition solid = of(ShapeOption::plane, false);
+  const Condition mesh = one_of("shape", options.shape, {BodyShape{last}});
   const Condition without_path{"no path", [&options] { return options.path.empty(); }};
   const Condition without_rotation{"no rotation", [&options] { return options.rotation.empty(); }};
   table.add("centre", options.centre)
@@ -224,8 +200,7 @@ void describe(OptionTable& table, BodyOptions& options) {
       .acts_with(hot)
       .help(
           "gap over which heat_transfer falls smoothly to 0, beyond the gap at which a surface rests on the body; a "
-          "few "
-          "times the gaps that the mesh leaves where it touches a round body");
+          "few times the gaps that the mesh leaves where it touches a round body");
 }
 
 std::vector<Body> make_bodies(MPI_Comm comm, const std::map<std::string, BodyOptions>& options) {
@@ -234,8 +209,11 @@ std::vector<Body> make_bodies(MPI_Comm comm, const std::map<std::string, BodyOpt
     const std::string key = "bodies." + name;
     const RigidMotion motion = motion_of(given);
     require_valid(key, given, motion);
-    bodies.push_back({name, shape_of(comm, key, given), motion, given.friction, given.margin, given.restitution,
-                      given.temperature, given.heat_transfer, given.heat_reach});
+    const ShapeKind* kind = kind_of(given.shape);
+    const Eigen::Vector3d size(given.size.data());
+    const Shape shape = kind != nullptr ? kind->of({given.radius, given.length, given.tube_radius, size})
+                                        : read_closed_mesh(comm, key, given);
+    bodies.push_back({given, name, shape, motion});
   }
   return bodies;
 }
@@ -250,86 +228,71 @@ std::string entered_too_deep(const std::vector<Body>& bodies, const std::vector<
   return "";
 }
 
-bool any_rebounds(const std::vector<Body>& bodies) {
-  return std::any_of(bodies.begin(), bodies.end(), [](const Body& body) { return body.restitution > 0; });
-}
-
 namespace {
 
-/// Counts the particles or triangles in a body.
-struct Inside {
-  /// @param least depth at which one counts, at most half the depth of the body [m]
-  Inside(const Body& body, double most) : least(std::min(most, depth_of(body.shape) / 2)) {}
-
-  double least;  ///< depth that counts [m]
-  PetscInt count = 0;
-  double deepest = 0;  ///< [m]
-
-  void add(double depth) {
-    if (depth > least) {
-      ++count;
-      deepest = std::max(deepest, depth);
+/// Message that names the first body in which particles or triangles are; empty if there is none. Collective.
+/// @param least depth at which one counts, at most half the depth of the body [m]
+/// @param all number examined on all ranks @param what their name, such as "vertices"
+/// @param depths_in depths of this rank's in a body [m]; called with the body and the depth that counts
+template <class DepthsIn>
+std::string first_with_any(MPI_Comm comm, const std::vector<Body>& bodies, double least, PetscInt all, const char* what,
+                           const DepthsIn& depths_in) {
+  for (const Body& body : bodies) {
+    const double counts_from = std::min(least, depth_of(body.shape) / 2);
+    PetscInt count = 0;
+    double deepest = 0;
+    for (const double depth : depths_in(body, counts_from)) {
+      if (depth > counts_from) {
+        ++count;
+        deepest = std::max(deepest, depth);
+      }
+    }
+    count = sum_over_ranks(comm, count);
+    deepest = max_over_ranks(comm, deepest);
+    if (count > 0) {
+      return fmt::format(
+          "bodies.{}: {} of {} {} lie inside it where the step starts, the deepest by {:.3g} m, expected none",
+          body.name, count, all, what, deepest);
     }
   }
-};
-
-/// Message about the particles or triangles in a body; empty if there are none. Collective.
-/// @param inside count on this rank @param all number examined on all ranks @param what their name, such as "vertices"
-std::string words_of(MPI_Comm comm, const Body& body, Inside inside, PetscInt all, const std::string& what) {
-  inside.count = sum_over_ranks(comm, inside.count);
-  inside.deepest = max_over_ranks(comm, inside.deepest);
-  if (inside.count == 0) {
-    return "";
-  }
-  return fmt::format(
-      "bodies.{}: {} of {} {} lie inside it where the step starts, the deepest by {:.3g} m, expected none", body.name,
-      inside.count, all, what, inside.deepest);
+  return "";
 }
 
 }  // namespace
 
 std::string particles_inside(const std::vector<Body>& bodies, double time, const Layout& particles,
                              const Field& positions, const std::vector<bool>& constrained, double least) {
-  for (const Body& body : bodies) {
+  return first_with_any(particles.comm, bodies, least, particles.global, "vertices", [&](const Body& body, double) {
     const Solid solid = body.at(time);
-    Inside inside(body, least);
+    std::vector<double> depths;
     for (PetscInt i = 0; i < particles.owned; ++i) {
       if (!constrained[i]) {
-        inside.add(body.margin - signed_distance(solid, positions.vector(i)).distance);
+        depths.push_back(body.margin - signed_distance(solid, positions.vector(i)).distance);
       }
     }
-    std::string words = words_of(particles.comm, body, inside, particles.global, "vertices");
-    if (!words.empty()) {
-      return words;
-    }
-  }
-  return "";
+    return depths;
+  });
 }
 
 std::string triangles_inside(const std::vector<Body>& bodies, double time, const Surface& surface,
                              const Field& positions, const std::vector<bool>& constrained, double least) {
   const std::size_t per_element = surface.triangles_per_element;
-  const auto owned = static_cast<std::size_t>(surface.elements.owned) * per_element;
+  const PetscInt all = surface.elements.global * surface.triangles_per_element;
   const auto is_held = [&constrained](PetscInt i) { return constrained[i]; };
-  for (const Body& body : bodies) {
+  return first_with_any(surface.comm(), bodies, least, all, "triangles", [&](const Body& body, double counts_from) {
     const Solid solid = body.at(time);
-    Inside inside(body, least);
-    for (std::size_t t = 0; t < owned; ++t) {
+    std::vector<double> depths;
+    for (std::size_t t = 0; t < surface.elements.owned * per_element; ++t) {
       const std::array<PetscInt, 3>& corners = surface.triangles[t];
       if (std::none_of(corners.begin(), corners.end(), is_held)) {
         const auto at = DrawnPlaces(surface, positions.data(), t / per_element)(corners);
-        if (const auto deepest = deepest_point(solid, at, 0, 0.1 * inside.least)) {
-          inside.add(-deepest->gap.distance);
+        if (const auto deepest = deepest_point(solid, at, 0, 0.1 * counts_from)) {
+          depths.push_back(-deepest->gap.distance);
         }
       }
     }
-    std::string words =
-        words_of(surface.comm(), body, inside, surface.elements.global * surface.triangles_per_element, "triangles");
-    if (!words.empty()) {
-      return words;
-    }
-  }
-  return "";
+    return depths;
+  });
 }
 
 }  // namespace contact

@@ -3,7 +3,6 @@
 #include <mpi.h>
 
 #include <Eigen/Core>
-#include <algorithm>
 #include <map>
 #include <optional>
 #include <string>
@@ -21,8 +20,18 @@ inline namespace contact {
 enum class BodyShape : int {};
 const std::vector<std::string>& names_of(BodyShape);
 
+/// How a body acts on what touches it.
+struct BodyLaws {
+  double friction = 0;                ///< Coulomb's coefficient
+  double margin = 0;                  ///< gap kept between the surface and what touches it [m]
+  double restitution = 0;             ///< speed off the body over speed towards it, when something comes to touch it
+  std::optional<double> temperature;  ///< [K]; none: exchanges no heat
+  double heat_transfer = 500;         ///< to what touches it [W/(m^2 K)]
+  double heat_reach = 5e-3;           ///< gap, beyond that of contact, over which heat_transfer falls to 0 [m]
+};
+
 /// A solid that the sheet cannot enter, as a deck gives it: one of the named objects `bodies`.
-struct BodyOptions {
+struct BodyOptions : BodyLaws {
   Choice<BodyShape> shape = BodyShape{};
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();            ///< at time 0, of all but planes [m]
   double radius = 0.1;                                         ///< of spheres, capsules, cylinders, rings [m]
@@ -38,27 +47,15 @@ struct BodyOptions {
   Rows path;                                                   ///< time [s], x, y, z [m] of the centre or the point
   Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  ///< [rad/s]
   Rows rotation;                                               ///< time [s], x, y, z [rad]: rotation vectors
-  double friction = 0;                                         ///< Coulomb's coefficient
-  double margin = 0;                                           ///< gap kept between the surface and what touches it [m]
-  double restitution = 0;             ///< speed off the body over speed towards it, when something comes to touch it
-  std::optional<double> temperature;  ///< [K]; none: exchanges no heat
-  double heat_transfer = 500;         ///< to what touches it [W/(m^2 K)]
-  double heat_reach = 5e-3;           ///< gap, beyond that of contact, over which heat_transfer falls to 0 [m]
 };
 
 void describe(OptionTable& table, BodyOptions& options);
 
 /// A rigid solid that moves.
-struct Body {
+struct Body : BodyLaws {
   std::string name;
   Shape shape;
   RigidMotion motion;
-  double friction = 0;
-  double margin = 0;  ///< [m]
-  double restitution = 0;
-  std::optional<double> temperature;  ///< [K]
-  double heat_transfer = 0;           ///< [W/(m^2 K)]
-  double heat_reach = 0;              ///< [m]
 
   /// The solid in its pose at a time [s].
   Solid at(double time) const { return {shape, motion.at(time)}; }
@@ -82,9 +79,6 @@ struct BodyLoad {
 /// Message that names the first body into which a surface reaches deeper than the tolerance [m]; empty if there is
 /// none. @param loads on each body
 std::string entered_too_deep(const std::vector<Body>& bodies, const std::vector<BodyLoad>& loads, double tolerance);
-
-/// Whether any of the bodies has a restitution.
-bool any_rebounds(const std::vector<Body>& bodies);
 
 /// Message that names the first body in which free particles are at a time, its margin included, and their number;
 /// empty if there is none. Collective.

@@ -2,13 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <limits>
 #include <set>
 #include <utility>
 
 #include "contact/contact_surface.h"
-#include "geometry/deepest_point.h"
 #include "parallel/collective.h"
 #include "surface/drawn_places.h"
 
@@ -24,15 +21,6 @@ constexpr double deeper = 0.02;  ///< by this a deepest point must be deeper tha
 constexpr int most_rounds = 12;  ///< at most so often Newton's method goes on in a step
 
 constexpr double stiffer_by = 4;
-
-/// Whether all weight of a point is on one particle.
-bool is_particle(const std::array<double, 4>& weights) {
-  return *std::max_element(weights.begin(), weights.end()) > 1 - 1e-6;
-}
-
-Eigen::Vector3d slip_along(const Eigen::Vector3d& normal, const Eigen::Vector3d& displacement) {
-  return displacement - normal * normal.dot(displacement);
-}
 
 /// The second derivative of the distance from a round body (3 x 3), by central differences to 1e-6 of itself; 0 for a
 /// body with edges, where there is none [1/m].
@@ -64,10 +52,10 @@ BodyContact::BodyContact(const Surface& surface, const std::map<std::string, Bod
       slip_speed_(options.slip_speed),
       sweep_(surface, make_bodies(surface.comm(), bodies), contact_thickness(surface, options)),
       stiffness_(options.stiffness.value_or(usual_stiffness)),
+      area_(surface.particles.local(), 0),  // A ghost misses some of its triangles.
       element_area_(surface.elements.local(), 0),
       pressed_(sweep_.bodies().size()),
       hessian_(surface.particles.owned, Eigen::Matrix3d::Zero()) {
-  Field area(surface.particles, 1);
   const std::size_t per_element = surface.triangles_per_element;
   const std::array<double, 3> shares = surface.point_shares();
   for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
@@ -76,7 +64,7 @@ BodyContact::BodyContact(const Surface& surface, const std::map<std::string, Bod
     const double of_triangle = (corners[1] - corners[0]).cross(corners[2] - corners[0]).norm() / 2;
     element_area_[element] += of_triangle;
     for (std::size_t k = 0; k < 3; ++k) {
-      area.data()[surface.triangles[t][k]] += shares[k] * of_triangle;
+      area_[surface.triangles[t][k]] += shares[k] * of_triangle;
     }
   }
   const double side = mean_side(surface);
@@ -84,12 +72,10 @@ BodyContact::BodyContact(const Surface& surface, const std::map<std::string, Bod
     // The sagitta of a side, side^2 / (8 depth), is more than this fraction of the thickness.
     is_sampled_.push_back(side * side > sampled_from * thickness() * 8 * depth_of(body.shape));
     std::vector<double>& of_particles = nearer_.emplace_back();
-    for (PetscInt i = 0; i < surface.particles.local(); ++i) {
+    for (PetscInt i = 0; i < surface.particles.owned; ++i) {
       of_particles.push_back(nearer(nearer_.size() - 1, surface.rest.col(i)));
     }
   }
-  area.update_ghosts();  // A ghost misses some of its triangles.
-  area_.assign(area.data(), area.data() + surface.particles.local());
 }
 
 Eigen::Vector3d BodyContact::carried_place(const ElementPoint& point) const {
@@ -98,19 +84,19 @@ Eigen::Vector3d BodyContact::carried_place(const ElementPoint& point) const {
 
 void BodyContact::begin_step(const Field& start, double time_end, double h) {
   rounds_ = 0;
-  for (Pressed& pressed : pressed_) {
-    pressed.stiffer.assign(surface_.particles.owned, 1);
-  }
   const bool had_points = !points_.empty();
   sweep_.begin_step(start, time_end, h);
+  for (std::size_t b = 0; b < pressed_.size(); ++b) {
+    pressed_[b].clear();
+    for (PetscInt i = 0; i < surface_.particles.owned; ++i) {
+      pressed_[b].push_back({stiffness_ * area_[i], nearer_[b][i], {}});
+    }
+  }
   find_friction();
   points_ = find_points(start, true);
   for (ElementPoint& point : points_) {
-    if (const double friction = bodies()[point.body].friction; friction > 0) {
-      Eigen::Vector3d normal;
-      const double gap = sweep_.gap_at(point.body, sweep_.before(point.body), at_point(point, start), normal);
-      point.friction.force = -friction * Barrier{point.stiffness, thickness(), onset}.slope(gap + point.nearer);
-      point.friction.normal = normal;
+    if (bodies()[point.body].friction > 0) {
+      point.friction = friction_of(point.body, point.stiffness, point.nearer, at_point(point, start));
     }
   }
   version_ += on_any_rank(surface_.comm(), had_points || !points_.empty()) ? 1 : 0;
@@ -125,24 +111,28 @@ void BodyContact::set_time(double time_end, double h) {
 void BodyContact::find_friction() {
   slip_.e = sweep_.h() * slip_speed_;
   for (std::size_t b = 0; b < pressed_.size(); ++b) {
-    const Body& body = bodies()[b];
-    std::vector<Friction>& friction = pressed_[b].friction;
-    friction.assign(surface_.particles.owned, {});
-    for (PetscInt i = 0; i < surface_.particles.owned && body.friction > 0; ++i) {
-      const double gap = sweep_.start_gap(b, i);
-      if (gap < thickness()) {
-        const Barrier barrier{stiffness_ * area_[i], thickness(), onset};
-        friction[i].force = -body.friction * barrier.slope(gap + nearer_[b][i]);
-        sweep_.gap_at(b, sweep_.before(b), sweep_.start().vector(i), friction[i].normal);
+    PetscInt i = 0;
+    for (Pressed& pressed : pressed_[b]) {
+      pressed.friction = {};
+      if (bodies()[b].friction > 0 && sweep_.start_gap(b, i) < thickness()) {
+        pressed.friction = friction_of(b, stiffness_ * area_[i], pressed.nearer, sweep_.start().vector(i));
       }
+      ++i;
     }
   }
 }
 
+/// Friction by the normal force at the start of the step. @param start place of the point then
+BodyContact::Friction BodyContact::friction_of(std::size_t body, double stiffness, double nearer,
+                                               const Eigen::Vector3d& start) const {
+  const SignedDistance gap = sweep_.gap_at(body, sweep_.before(body), start);
+  const Barrier barrier{stiffness, thickness(), onset};
+  return {-bodies()[body].friction * barrier.slope(gap.distance + nearer), gap.normal};
+}
+
 /// Thickness minus the gap of an undeformed place, at least 0: a point there presses from that smaller gap on [m].
 double BodyContact::nearer(std::size_t body, const Eigen::Vector3d& rest) const {
-  Eigen::Vector3d normal;
-  return std::clamp(thickness() - sweep_.gap_at(body, bodies()[body].at(0), rest, normal), 0.0, thickness());
+  return std::clamp(thickness() - sweep_.gap_at(body, bodies()[body].at(0), rest).distance, 0.0, thickness());
 }
 
 /// Whether a particle at x may be nearer to a body than the thickness, by its gap at the step's start.
@@ -152,12 +142,12 @@ bool BodyContact::may_touch(std::size_t body, PetscInt particle, const Eigen::Ve
 }
 
 /// Potential of pressure and friction of a point at x. @param start place at the step's start, moved with the body
-PointPotential BodyContact::press(std::size_t body, double stiffness, double nearer, const Friction& friction,
-                                  const Eigen::Vector3d& start, const Eigen::Vector3d& x) const {
+PointPotential BodyContact::press(std::size_t body, const Pressed& pressed, const Eigen::Vector3d& start,
+                                  const Eigen::Vector3d& x) const {
   PointPotential sum;
-  Eigen::Vector3d normal;
-  const double gap = sweep_.gap_at(body, sweep_.after(body), x, normal) + nearer;
-  const Barrier barrier{stiffness, thickness(), onset};
+  const auto& [distance, normal] = sweep_.gap_at(body, sweep_.after(body), x);
+  const double gap = distance + pressed.nearer;
+  const Barrier barrier{pressed.stiffness, thickness(), onset};
   if (gap < thickness()) {
     sum.value = barrier.value(gap);
     sum.gradient = barrier.slope(gap) * normal;
@@ -166,38 +156,31 @@ PointPotential BodyContact::press(std::size_t body, double stiffness, double nea
       sum.hessian += gap_curvature_share_ * barrier.slope(gap) * gap_curvature(sweep_.after(body), x);
     }
   }
+  const Friction& friction = pressed.friction;
   if (friction.force > 0) {
-    add_friction(friction, x - start, sum);
+    const Eigen::Vector3d slip = along_surface(x - start, friction.normal);
+    const double y = slip.norm();
+    sum.value += friction.force * slip_.value(y);
+    sum.gradient += friction.force * slip_.slope_over(y) * slip;
+    sum.hessian += friction.force * friction.tangent.hessian(slip_, friction.normal);
   }
   return sum;
 }
 
 PointPotential BodyContact::press(const ElementPoint& point, const Field& x) const {
-  return press(point.body, point.stiffness, point.nearer, point.friction, carried_place(point), at_point(point, x));
-}
-
-void BodyContact::add_friction(const Friction& friction, const Eigen::Vector3d& displacement,
-                               PointPotential& sum) const {
-  const Eigen::Vector3d slip = slip_along(friction.normal, displacement);
-  const double y = slip.norm();
-  sum.value += friction.force * slip_.value(y);
-  sum.gradient += friction.force * slip_.slope_over(y) * slip;
-  sum.hessian += friction.force * friction.tangent.hessian(slip_, friction.normal);
+  return press(point.body, point, carried_place(point), at_point(point, x));
 }
 
 /// Calls `take` with particle, body and potential of each owned particle that a body may act on.
 template <class Take>
 void BodyContact::for_each_vertex(const Field& x, const Take& take) const {
   for (std::size_t b = 0; b < bodies().size(); ++b) {
-    const Pressed& pressed = pressed_[b];
-    const PetscInt count = pressed.friction.empty() ? 0 : surface_.particles.owned;  // no step has begun
-    for (PetscInt i = 0; i < count; ++i) {
-      const Friction& friction = pressed.friction[i];
-      if (sweep_.is_held(i) || (friction.force == 0 && !may_touch(b, i, x.vector(i)))) {
-        continue;
+    PetscInt i = 0;
+    for (const Pressed& pressed : pressed_[b]) {
+      if (!sweep_.is_held(i) && (pressed.friction.force != 0 || may_touch(b, i, x.vector(i)))) {
+        take(i, b, press(b, pressed, sweep_.carried_place(b, i), x.vector(i)));
       }
-      const double stiffness = stiffness_ * area_[i] * pressed.stiffer[i];
-      take(i, b, press(b, stiffness, nearer_[b][i], friction, sweep_.carried_place(b, i), x.vector(i)));
+      ++i;
     }
   }
 }
@@ -246,17 +229,17 @@ void BodyContact::update_hessian(const Field& x, Curvature curvature) {
   gap_curvature_share_ = curvature == Curvature::exact ? 1 - psd_blend_ : 0;
   std::fill(hessian_.begin(), hessian_.end(), Eigen::Matrix3d::Zero());
   for (std::size_t b = 0; b < bodies().size(); ++b) {
-    for (std::size_t i = 0; i < pressed_[b].friction.size(); ++i) {
-      const auto particle = static_cast<PetscInt>(i);
-      if (pressed_[b].friction[i].force > 0) {
-        Friction& friction = pressed_[b].friction[i];
-        friction.tangent.move_to(slip_,
-                                 slip_along(friction.normal, x.vector(particle) - sweep_.carried_place(b, particle)));
+    PetscInt i = 0;
+    for (Pressed& pressed : pressed_[b]) {
+      if (Friction& friction = pressed.friction; friction.force > 0) {
+        friction.tangent.move_to(slip_, along_surface(x.vector(i) - sweep_.carried_place(b, i), friction.normal));
       }
+      ++i;
     }
   }
   for (ElementPoint& point : points_) {
-    point.friction.tangent.move_to(slip_, slip_along(point.friction.normal, at_point(point, x) - carried_place(point)));
+    point.friction.tangent.move_to(slip_,
+                                   along_surface(at_point(point, x) - carried_place(point), point.friction.normal));
   }
   for_each_vertex(
       x, [this](PetscInt i, std::size_t, const PointPotential& potential) { hessian_[i] += potential.hessian; });
@@ -279,20 +262,16 @@ void BodyContact::add_hessian(const HessianBlocks& blocks) const {
   }
 }
 
-/// The samples of an element, besides its particles: the middles of its sides, and the middle of a quad.
-std::vector<std::array<double, 4>> BodyContact::samples() const {
-  if (!surface_.has_quads()) {
-    return {{0.5, 0.5, 0, 0}, {0, 0.5, 0.5, 0}, {0.5, 0, 0.5, 0}};
-  }
-  return {{0.5, 0.5, 0, 0}, {0, 0.5, 0.5, 0}, {0, 0, 0.5, 0.5}, {0.5, 0, 0, 0.5}, {0.25, 0.25, 0.25, 0.25}};
-}
-
 /// Points of the elements that may come to press: samples of those that are near, and the places where the faces and
 /// sides of triangles are deepest, if these are nearer than the thickness and nearer than samples and particles. Sides
 /// are included because a triangle that is pressed in one point only would tilt round it.
 std::vector<BodyContact::ElementPoint> BodyContact::find_points(const Field& x, bool at_start) const {
   constexpr double near = 2;
-  const std::vector<std::array<double, 4>> all_samples = samples();
+  // The middles of an element's sides, and the middle of a quad.
+  std::vector<std::array<double, 4>> samples{{0.5, 0.5, 0, 0}, {0, 0.5, 0.5, 0}, {0.5, 0, 0.5, 0}};
+  if (surface_.has_quads()) {
+    samples = {{0.5, 0.5, 0, 0}, {0, 0.5, 0.5, 0}, {0, 0, 0.5, 0.5}, {0.5, 0, 0, 0.5}, {0.25, 0.25, 0.25, 0.25}};
+  }
   std::vector<ElementPoint> points;
   std::pair<std::size_t, PetscInt> last{bodies().size(), 0};
   double lowest = 0;
@@ -301,18 +280,17 @@ std::vector<BodyContact::ElementPoint> BodyContact::find_points(const Field& x, 
         ElementPoint point = point_of(b, t);
         if (last != std::pair(b, point.element)) {
           last = {b, point.element};
-          const Solid& solid = at_start ? sweep_.before(b) : sweep_.after(b);
           const auto gap = [&](const Eigen::Vector3d& place) {
-            return signed_distance(solid, place).distance - bodies()[b].margin;
+            return sweep_.gap_at(b, sweep_.solid(b, at_start), place).distance;
           };
           lowest = thickness();
           for (const PetscInt i : point.particles) {
             lowest = std::min(lowest, gap(x.vector(i)));
           }
-          for (std::size_t k = 0; is_sampled_[b] && k < all_samples.size(); ++k) {
+          for (std::size_t k = 0; is_sampled_[b] && k < samples.size(); ++k) {
             ElementPoint sample = point;
-            sample.weights = all_samples[k];
-            sample.stiffness = stiffness_ * element_area_[point.element] / static_cast<double>(all_samples.size());
+            sample.weights = samples[k];
+            sample.stiffness = stiffness_ * element_area_[point.element] / static_cast<double>(samples.size());
             sample.nearer = nearer(b, at_point(sample, surface_.rest));
             lowest = std::min(lowest, gap(at_point(sample, x)));
             points.push_back(sample);
@@ -323,22 +301,12 @@ std::vector<BodyContact::ElementPoint> BodyContact::find_points(const Field& x, 
   return points;
 }
 
-/// Deepest points of all triangles that are deeper in a body than `too_deep` allows.
-std::vector<BodyContact::ElementPoint> BodyContact::find_deep_points(const Field& x) const {
-  std::vector<ElementPoint> points;
-  const double limit = -too_deep * thickness();
-  sweep_.visit_near_triangles(x, false, limit, [&](std::size_t b, std::size_t t, const auto& at, const auto& face) {
-    add_deepest(false, limit, t, at, face, point_of(b, t), points);
-  });
-  return points;
-}
-
 BodyContact::ElementPoint BodyContact::point_of(std::size_t body, std::size_t triangle) const {
   ElementPoint point;
   point.body = body;
   point.element = static_cast<PetscInt>(triangle / static_cast<std::size_t>(surface_.triangles_per_element));
   point.stiffness = stiffness_ * element_area_[point.element] / static_cast<double>(surface_.triangles_per_element);
-  point.particles = weights_of(surface_, triangle, Eigen::Vector3d::Zero()).particles;
+  point.particles = corners_of(surface_, point.element);
   return point;
 }
 
@@ -350,10 +318,11 @@ void BodyContact::add_deepest(bool at_start, double below, std::size_t triangle,
   if (face.gap.distance - margin >= below) {
     return;
   }
-  const Solid& solid = at_start ? sweep_.before(point.body) : sweep_.after(point.body);
+  const Solid& solid = sweep_.solid(point.body, at_start);
   const auto add = [&](const DeepestPoint& found) {
     point.weights = weights_of(surface_, triangle, found.weights).weights;
-    if (found.gap.distance - margin < below && !is_particle(point.weights)) {
+    const bool is_particle = *std::max_element(point.weights.begin(), point.weights.end()) > 1 - 1e-6;
+    if (found.gap.distance - margin < below && !is_particle) {
       point.nearer = nearer(point.body, at_point(point, surface_.rest));
       points.push_back(point);
     }
@@ -382,9 +351,6 @@ bool BodyContact::add_points(const std::vector<ElementPoint>& found) {
 }
 
 void BodyContact::start_from(const Field& /*start*/, Field& x, double /*h*/) {
-  if (empty()) {
-    return;
-  }
   sweep_.stop_at_surface(x);
   std::set<std::pair<std::size_t, PetscInt>> known;
   for (const ElementPoint& point : points_) {
@@ -397,33 +363,32 @@ void BodyContact::start_from(const Field& /*start*/, Field& x, double /*h*/) {
 }
 
 bool BodyContact::refresh(const Field& x) {
-  if (empty() || ++rounds_ > most_rounds) {
+  if (++rounds_ > most_rounds) {
     return false;
   }
   bool changes = false;
   const double limit = -too_deep * thickness();
+  const auto stiffen = [&](std::size_t body, const Eigen::Vector3d& place, Pressed& pressed) {
+    if (sweep_.gap_at(body, sweep_.after(body), place).distance < limit) {
+      pressed.stiffness *= stiffer_by;
+      changes = true;
+    }
+  };
   for (std::size_t b = 0; b < bodies().size(); ++b) {
     for (PetscInt i = 0; i < surface_.particles.owned; ++i) {
-      if (sweep_.is_held(i) || !may_touch(b, i, x.vector(i))) {
-        continue;
-      }
-      Eigen::Vector3d normal;
-      const double gap = sweep_.gap_at(b, sweep_.after(b), x.vector(i), normal);
-      if (gap < limit) {
-        pressed_[b].stiffer[i] *= stiffer_by;
-        changes = true;
+      if (!sweep_.is_held(i) && may_touch(b, i, x.vector(i))) {
+        stiffen(b, x.vector(i), pressed_[b][i]);
       }
     }
   }
   for (ElementPoint& point : points_) {
-    Eigen::Vector3d normal;
-    const double gap = sweep_.gap_at(point.body, sweep_.after(point.body), at_point(point, x), normal);
-    if (gap < limit) {
-      point.stiffness *= stiffer_by;
-      changes = true;
-    }
+    stiffen(point.body, at_point(point, x), point);
   }
-  const bool has_new = add_points(find_deep_points(x));
+  std::vector<ElementPoint> deep;
+  sweep_.visit_near_triangles(x, false, limit, [&](std::size_t b, std::size_t t, const auto& at, const auto& face) {
+    add_deepest(false, limit, t, at, face, point_of(b, t), deep);
+  });
+  const bool has_new = add_points(deep);
   return on_any_rank(surface_.comm(), changes) || has_new;
 }
 
@@ -443,22 +408,16 @@ std::string BodyContact::fault(const Field& x) const {
   return entered_too_deep(bodies(), loads(x), tolerance * thickness());
 }
 
-std::string BodyContact::start_fault() const { return sweep_.start_fault(tolerance * thickness()); }
-
 std::vector<BodyLoad> BodyContact::loads(const Field& x) const {
-  std::vector<double> forces(3 * bodies().size(), 0);
+  Eigen::Matrix3Xd forces = Eigen::Matrix3Xd::Zero(3, bodies().size());
   std::vector<double> gaps(bodies().size(), thickness());
-  const auto add = [&forces](std::size_t body, const Eigen::Vector3d& force) {
-    Eigen::Map<Eigen::Vector3d>(forces.data() + 3 * body) += force;
-  };
   for_each_vertex(x, [&](PetscInt i, std::size_t body, const PointPotential& potential) {
-    add(body, potential.gradient);
-    Eigen::Vector3d normal;
-    gaps[body] = std::min(gaps[body], sweep_.gap_at(body, sweep_.after(body), x.vector(i), normal));
+    forces.col(body) += potential.gradient;
+    gaps[body] = std::min(gaps[body], sweep_.gap_at(body, sweep_.after(body), x.vector(i)).distance);
   });
   for (const ElementPoint& point : points_) {
     if (counts(point.element)) {
-      add(point.body, press(point, x).gradient);
+      forces.col(point.body) += press(point, x).gradient;
     }
   }
   sweep_.visit_near_triangles(x, false, thickness(),
@@ -469,7 +428,7 @@ std::vector<BodyLoad> BodyContact::loads(const Field& x) const {
   min_over_ranks(surface_.comm(), gaps);
   std::vector<BodyLoad> result;
   for (std::size_t b = 0; b < bodies().size(); ++b) {
-    result.push_back({Eigen::Map<const Eigen::Vector3d>(forces.data() + 3 * b), gaps[b]});
+    result.push_back({forces.col(b), gaps[b]});
   }
   return result;
 }
@@ -479,18 +438,20 @@ void BodyContact::rebound(const Field& x, const Field& before, const std::vector
   if (!rebounds()) {
     return;
   }
-  std::vector<double> forces(3 * bodies().size(), 0);
+  Eigen::Matrix3Xd forces = Eigen::Matrix3Xd::Zero(3, bodies().size());
   const auto change = [&](std::size_t b, PetscInt i, const Eigen::Vector3d& by) {
     velocity.vector(i) += by;
-    Eigen::Map<Eigen::Vector3d>(forces.data() + 3 * b) -= mass[i] / sweep_.h() * by;
+    forces.col(b) -= mass[i] / sweep_.h() * by;
   };
   // By how much what has come to a place should leave a body faster than it does.
   const auto missing = [&](std::size_t b, double start_gap, const Eigen::Vector3d& place,
                            const Eigen::Vector3d& arrives, const Eigen::Vector3d& leaves) -> Eigen::Vector3d {
-    Eigen::Vector3d normal;
     const double restitution = bodies()[b].restitution;
-    if (restitution == 0 || start_gap < thickness() ||
-        sweep_.gap_at(b, sweep_.after(b), place, normal) >= thickness()) {
+    if (restitution == 0 || start_gap < thickness()) {
+      return Eigen::Vector3d::Zero();
+    }
+    const auto& [gap, normal] = sweep_.gap_at(b, sweep_.after(b), place);
+    if (gap >= thickness()) {
       return Eigen::Vector3d::Zero();
     }
     const Eigen::Vector3d of_body = sweep_.velocity_at(b, place);
@@ -504,30 +465,28 @@ void BodyContact::rebound(const Field& x, const Field& before, const std::vector
   velocity.update_ghosts();
   WantedChanges changes;
   for (const ElementPoint& point : points_) {
-    Eigen::Vector3d normal;
     const double start_gap =
-        sweep_.gap_at(point.body, sweep_.before(point.body), at_point(point, sweep_.start()), normal);
+        sweep_.gap_at(point.body, sweep_.before(point.body), at_point(point, sweep_.start())).distance;
     const Eigen::Vector3d by =
         missing(point.body, start_gap, at_point(point, x), at_point(point, before), at_point(point, velocity));
-    if (const auto shares = sweep_.shares(point, mass); shares && by.norm() > 0) {
-      changes.add(point.body, point, *shares, by, by.norm(), surface_.particles.owned);
+    if (by.norm() > 0) {
+      sweep_.add_change(point.body, point, mass, by, by.norm(), changes);
     }
   }
-  changes.visit(change);
+  for (const auto& [who, wanted] : changes) {
+    change(who.first, who.second, wanted.mean());
+  }
   velocity.update_ghosts();
   sum_over_ranks(surface_.comm(), forces);
   for (std::size_t b = 0; b < bodies().size(); ++b) {
-    loads[b].force += Eigen::Map<const Eigen::Vector3d>(forces.data() + 3 * b);
+    loads[b].force += forces.col(b);
   }
 }
 
 PetscInt BodyContact::contacts(const Field& x) const {
   std::vector<bool> touches(surface_.particles.owned, false);
   for_each_vertex(x, [&](PetscInt i, std::size_t body, const PointPotential&) {
-    Eigen::Vector3d normal;
-    if (sweep_.gap_at(body, sweep_.after(body), x.vector(i), normal) < thickness()) {
-      touches[i] = true;
-    }
+    touches[i] = touches[i] || sweep_.gap_at(body, sweep_.after(body), x.vector(i)).distance < thickness();
   });
   return static_cast<PetscInt>(std::count(touches.begin(), touches.end(), true));
 }

@@ -1,13 +1,13 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <string>
 #include <vector>
 
-#include "contact/barrier.h"
 #include "contact/body_sweep.h"
+#include "contact/contact_laws.h"
 #include "contact/contact_options.h"
-#include "contact/slip.h"
 #include "energies/potential.h"
 #include "energies/vertex_potential.h"
 #include "geometry/deepest_point.h"
@@ -79,20 +79,22 @@ class BodyContact : public Potential {
   void add_hessian(const HessianBlocks& blocks) const override;
   void start_from(const Field& start, Field& x, double h) override;
   bool refresh(const Field& x) override;
-  bool limits() const override { return !empty(); }
+  bool limits() const override { return true; }
   bool limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matrix3Xd> step) override;
 
   /// Message that the surface is too deep in a body; empty if it is not. Collective.
   std::string fault(const Field& x) const;
   /// Message that names the body in which particles are too deep at the step's start, or empty. Collective.
-  std::string start_fault() const;
+  std::string start_fault() const { return sweep_.start_fault(tolerance * thickness()); }
   /// Applies the restitution of bodies to the velocities of particles that have come to touch a body in the step, and
   /// then to points of elements that still leave the body too slowly. Collective.
   /// @param before velocities at the beginning of the step [m/s] @param mass of the local particles [kg]
   /// @param velocity at its end [m/s]; ghosts up to date @param loads get the forces of the impacts
   void rebound(const Field& x, const Field& before, const std::vector<double>& mass, Field& velocity,
                std::vector<BodyLoad>& loads) const;
-  bool rebounds() const { return any_rebounds(bodies()); }
+  bool rebounds() const {
+    return std::any_of(bodies().begin(), bodies().end(), [](const Body& body) { return body.restitution > 0; });
+  }
   /// Loads on the bodies at the end of a step. Collective.
   std::vector<BodyLoad> loads(const Field& x) const;
   /// Number of this rank's particles that bodies press on. Not collective.
@@ -105,36 +107,32 @@ class BodyContact : public Potential {
     Eigen::Vector3d normal = Eigen::Vector3d::Zero();
     SlipTangent tangent{};
   };
-  /// A point of a drawn element that a body presses on.
-  struct ElementPoint : PointWeights {
-    std::size_t body = 0;
-    PetscInt element = 0;
+  /// A particle, or a point of an element, that a body may press on in the step.
+  struct Pressed {
     double stiffness = 0;  ///< [N/m]
     double nearer = 0;     ///< reduction of the thickness, see BodyContact::nearer [m]
     Friction friction;
-    Eigen::Matrix3d hessian = Eigen::Matrix3d::Zero();
   };
-  /// State of the owned particles for one body in the step.
-  struct Pressed {
-    std::vector<double> stiffer;  ///< factors on the stiffness of the particles
-    std::vector<Friction> friction;
+  /// A point of a drawn element that a body presses on.
+  struct ElementPoint : PointWeights, Pressed {
+    std::size_t body = 0;
+    PetscInt element = 0;
+    Eigen::Matrix3d hessian = Eigen::Matrix3d::Zero();
   };
 
   void find_friction();
   bool may_touch(std::size_t body, PetscInt particle, const Eigen::Vector3d& x) const;
   double nearer(std::size_t body, const Eigen::Vector3d& rest) const;
-  PointPotential press(std::size_t body, double stiffness, double nearer, const Friction& friction,
-                       const Eigen::Vector3d& start, const Eigen::Vector3d& x) const;
+  Friction friction_of(std::size_t body, double stiffness, double nearer, const Eigen::Vector3d& start) const;
+  PointPotential press(std::size_t body, const Pressed& pressed, const Eigen::Vector3d& start,
+                       const Eigen::Vector3d& x) const;
   PointPotential press(const ElementPoint& point, const Field& x) const;
-  void add_friction(const Friction& friction, const Eigen::Vector3d& displacement, PointPotential& sum) const;
   template <class Take>
   void for_each_vertex(const Field& x, const Take& take) const;
   Eigen::Vector3d carried_place(const ElementPoint& point) const;
   bool counts(PetscInt element) const { return element < surface_.elements.owned; }
-  std::vector<std::array<double, 4>> samples() const;
   ElementPoint point_of(std::size_t body, std::size_t triangle) const;
   std::vector<ElementPoint> find_points(const Field& x, bool at_start) const;
-  std::vector<ElementPoint> find_deep_points(const Field& x) const;
   void add_deepest(bool at_start, double below, std::size_t triangle, const std::array<Eigen::Vector3d, 3>& at,
                    const DeepestPoint& face, ElementPoint point, std::vector<ElementPoint>& points) const;
   bool add_points(const std::vector<ElementPoint>& found);
@@ -143,14 +141,14 @@ class BodyContact : public Potential {
   double slip_speed_;  ///< [m/s]
   BodySweep sweep_;
   double stiffness_;                         ///< [Pa/m]
-  std::vector<std::vector<double>> nearer_;  ///< of each body, for the local particles: result of nearer() [m]
+  std::vector<std::vector<double>> nearer_;  ///< of each body, for the owned particles: result of nearer() [m]
   std::vector<bool> is_sampled_;             ///< for each body: whether samples can come nearer to it than particles
-  std::vector<double> area_;                 ///< undeformed, round the local particles [m^2]
+  std::vector<double> area_;                 ///< undeformed, round the owned particles [m^2]
   std::vector<double> element_area_;         ///< of the local elements [m^2]
 
   // The step.
-  SmoothSlip slip_;  ///< of the step
-  std::vector<Pressed> pressed_;
+  SmoothSlip slip_;                            ///< of the step
+  std::vector<std::vector<Pressed>> pressed_;  ///< of each body, the owned particles; empty before the first step
   std::vector<ElementPoint> points_;
   std::vector<Eigen::Matrix3d> hessian_;  ///< of the owned particles [N/m]
   PetscInt version_ = 0;

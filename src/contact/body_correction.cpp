@@ -1,9 +1,6 @@
 #include "contact/body_correction.h"
 
-#include <Eigen/Geometry>
-#include <array>
-#include <cstdio>
-
+#include "contact/contact_laws.h"
 #include "parallel/collective.h"
 
 namespace pellicle {
@@ -18,10 +15,6 @@ constexpr double touching = 1e-9;
 Eigen::Vector3d slip_after_friction(const Eigen::Vector3d& slip, double limit) {
   const double length = slip.norm();
   return length > limit ? Eigen::Vector3d(slip * (1 - limit / length)) : Eigen::Vector3d(Eigen::Vector3d::Zero());
-}
-
-Eigen::Vector3d along_surface(const Eigen::Vector3d& vector, const Eigen::Vector3d& normal) {
-  return vector - normal * normal.dot(vector);
 }
 
 /// Normal speed, relative to the body, at which a point leaves a body after it arrived at a relative velocity [m/s].
@@ -135,35 +128,19 @@ void BodyCorrection::push_particles(Field& positions, const ContactStep& step) {
 /// @returns whether any triangle was too deep, on any rank
 bool BodyCorrection::push_triangles(Field& positions, const ContactStep& step, const std::vector<bool>* with) {
   const double limit = tolerance / 2 * sweep_.thickness();
-  struct Move {
-    double length = 0;  ///< the largest that a triangle needs
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  };
-  std::map<std::pair<std::size_t, PetscInt>, Move> moves;  // by body and particle
+  WantedChanges moves;
   sweep_.visit_near_triangles(
       positions, false, -limit,
       [&](std::size_t b, std::size_t t, const auto&, const DeepestPoint& deepest) {
         const PointWeights point = weights_of(surface_, t, deepest.weights);
-        const auto shares = sweep_.shares(point, step.mass);
-        if (!shares) {
-          return;
-        }
         const Eigen::Vector3d x = at_point(point, positions);
         const Eigen::Vector3d by = corrected(b, deepest.gap, 0, at_point(point, step.start), x) - x;
-        for (std::size_t k = 0; k < 4; ++k) {
-          const double fraction = (*shares)[k];
-          if (fraction > 0 && point.particles[k] < surface_.particles.owned) {
-            Move& move = moves[{b, point.particles[k]}];
-            const Eigen::Vector3d wanted = fraction * by;
-            move.length = std::max(move.length, wanted.norm());
-            move.sum += wanted;
-          }
-        }
+        sweep_.add_change(b, point, step.mass, by, 1, moves);
       },
       with);
   for (const auto& [who, move] : moves) {
     const auto& [body, particle] = who;
-    const Eigen::Vector3d by = move.length * move.sum.normalized();
+    const Eigen::Vector3d by = move.largest * move.sum.normalized();
     positions.vector(particle) += by;
     add_force(body, particle, by, step);
   }
@@ -174,8 +151,7 @@ bool BodyCorrection::push_triangles(Field& positions, const ContactStep& step, c
   return true;
 }
 
-PetscInt BodyCorrection::correct_velocities(Field& velocities, const Field& positions, const ContactStep& step) {
-  PetscInt approaching = 0;
+void BodyCorrection::correct_velocities(Field& velocities, const Field& positions, const ContactStep& step) {
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     const Body& body = bodies_[b];
     const Solid& solid = sweep_.after(b);
@@ -199,14 +175,12 @@ PetscInt BodyCorrection::correct_velocities(Field& velocities, const Field& posi
           body_velocity + rebound * gap.normal +
           slip_after_friction(along_surface(relative, gap.normal), body.friction * approach);
       if (i < step.particles.owned) {
-        ++approaching;
         force_[b] -= step.mass[i] / step.h * (corrected - velocities.vector(i));
       }
       velocities.vector(i) = corrected;
     }
   }
   stop_triangles(velocities, positions, step);
-  return approaching;
 }
 
 /// Corrects the velocities of the corners of triangles whose deepest points touch a body. Collective.
@@ -218,8 +192,7 @@ void BodyCorrection::stop_triangles(Field& velocities, const Field& positions, c
       [&](std::size_t b, std::size_t t, const auto&, const DeepestPoint& deepest) {
         const Body& body = bodies_[b];
         const PointWeights point = weights_of(surface_, t, deepest.weights);
-        const auto shares = sweep_.shares(point, step.mass);
-        if (!shares) {
+        if (!sweep_.can_move(point)) {
           return;
         }
         triangle_gap_[b] = std::min(triangle_gap_[b], deepest.gap.distance);
@@ -237,13 +210,15 @@ void BodyCorrection::stop_triangles(Field& velocities, const Field& positions, c
         const double approach = rebound - relative.dot(normal);
         if (approach > 0) {
           const Eigen::Vector3d slip = slip_after_friction(along_surface(relative, normal), body.friction * approach);
-          changes.add(b, point, *shares, rebound * normal + slip - relative, approach, surface_.particles.owned);
+          sweep_.add_change(b, point, step.mass, rebound * normal + slip - relative, approach, changes);
         }
       });
-  changes.visit([&](std::size_t body, PetscInt particle, const Eigen::Vector3d& by) {
+  for (const auto& [who, change] : changes) {
+    const auto& [body, particle] = who;
+    const Eigen::Vector3d by = change.mean();
     velocities.vector(particle) += by;
     force_[body] -= step.mass[particle] / step.h * by;
-  });
+  }
   if (on_any_rank(surface_.comm(), !changes.empty())) {
     velocities.update_ghosts();
   }
@@ -252,17 +227,16 @@ void BodyCorrection::stop_triangles(Field& velocities, const Field& positions, c
 std::vector<BodyLoad> BodyCorrection::loads(const Field& positions, const ContactStep& step) const {
   std::vector<BodyLoad> loads;
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
-    BodyLoad& load = loads.emplace_back(BodyLoad{force_[b], triangle_gap_[b]});
+    BodyLoad load{force_[b], triangle_gap_[b]};
     for (PetscInt i = 0; i < step.particles.owned; ++i) {
       if (!step.pinned[i]) {
         const SignedDistance gap = signed_distance(sweep_.after(b), positions.vector(i));
         load.gap = std::min(load.gap, gap.distance - bodies_[b].margin);
       }
     }
-  }
-  for (BodyLoad& load : loads) {
     sum_over_ranks(step.particles.comm, load.force);
     load.gap = min_over_ranks(step.particles.comm, load.gap);
+    loads.push_back(load);
   }
   return loads;
 }

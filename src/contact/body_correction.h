@@ -65,8 +65,7 @@ class BodyCorrection {
   /// restitution. The deepest points of triangles that touch a body are treated alike. Collective.
   /// @param velocities [m/s] after eq. 13, ghosts up to date before and after
   /// @param positions [m] at the end of the step
-  /// @returns how many particles of this rank approached a body
-  PetscInt correct_velocities(Field& velocities, const Field& positions, const ContactStep& step);
+  void correct_velocities(Field& velocities, const Field& positions, const ContactStep& step);
 
   /// Loads on the bodies from all calls since `begin_step`, at the positions of `correct_velocities`. Collective.
   std::vector<BodyLoad> loads(const Field& positions, const ContactStep& step) const;

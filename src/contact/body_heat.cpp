@@ -44,8 +44,9 @@ const std::array<QuadraturePoint, 6>& quadrature() {
 /// A body in its pose, with the weight of its heat transfer by the distance from it.
 struct HotSolid {
   Solid solid;
-  double touching;  ///< distance up to which the weight is 1 [m]
-  double reach;     ///< further distance over which the weight falls to 0 [m]
+  Eigen::AlignedBox3d box;  ///< round the solid, in its own frame
+  double touching;          ///< distance up to which the weight is 1 [m]
+  double reach;             ///< further distance over which the weight falls to 0 [m]
 
   double farthest() const { return touching + reach; }
   double weight(double distance) const {
@@ -55,13 +56,11 @@ struct HotSolid {
 };
 
 /// A surface triangle near a body, over which the weight is integrated.
-class DrawnTriangle {
- public:
-  /// @param lift vector from the drawn layer to the other one [m]; none: there is one layer
-  /// @param has_centre whether its last corner is the centre of a quad
-  DrawnTriangle(const HotSolid& hot, const Triangle& corners, const std::optional<Eigen::Vector3d>& lift,
-                bool has_centre)
-      : hot_(hot), corners_(corners), lift_(lift), has_centre_(has_centre) {}
+struct DrawnTriangle {
+  const HotSolid& hot;
+  const Triangle& corners;
+  const std::optional<Eigen::Vector3d>& lift;  ///< from the drawn layer to the other one [m]; none: there is one layer
+  bool has_centre;                             ///< whether its last corner is the centre of a quad
 
   /// Integral over the triangle of weight times fraction of each corner [m^2].
   Eigen::Vector3d integral() const {
@@ -69,33 +68,32 @@ class DrawnTriangle {
     add({Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY(), Eigen::Vector3d::UnitZ()}, area(), 0, sum);
     return sum;
   }
-  double area() const { return (corners_[1] - corners_[0]).cross(corners_[2] - corners_[0]).norm() / 2; }
+  double area() const { return (corners[1] - corners[0]).cross(corners[2] - corners[0]).norm() / 2; }
 
- private:
   Eigen::Vector3d at(const Eigen::Vector3d& w) const {
-    return w[0] * corners_[0] + w[1] * corners_[1] + w[2] * corners_[2];
+    return w[0] * corners[0] + w[1] * corners[1] + w[2] * corners[2];
   }
   Eigen::Vector3d shares(const Eigen::Vector3d& w) const {
-    return has_centre_ ? Eigen::Vector3d(w[0] * (1 - w[2]), w[1] * (1 - w[2]), w[2] * (2 - w[2])) : w;
+    return has_centre ? Eigen::Vector3d(w[0] * (1 - w[2]), w[1] * (1 - w[2]), w[2] * (2 - w[2])) : w;
   }
   double distance(const Eigen::Vector3d& w) const {
-    const double drawn = signed_distance(hot_.solid, at(w)).distance;
-    return lift_ ? std::min(drawn, signed_distance(hot_.solid, at(w) + *lift_).distance) : drawn;
+    const double drawn = signed_distance(hot.solid, at(w)).distance;
+    return lift ? std::min(drawn, signed_distance(hot.solid, at(w) + *lift).distance) : drawn;
   }
 
-  /// Lower bound of a part's distance [m]. @param part barycentric coordinates @param lift from the drawn layer [m]
-  double least_of_layer(const Triangle& part, const Eigen::Vector3d& lift) const {
-    const Eigen::Vector3d middle = at((part[0] + part[1] + part[2]) / 3) + lift;
-    const Triangle places{at(part[0]) + lift, at(part[1]) + lift, at(part[2]) + lift};
-    return least_distance(hot_.solid, places, middle, signed_distance(hot_.solid, middle));
+  /// Lower bound of a part's distance [m]. @param part barycentric coordinates @param up from the drawn layer [m]
+  double least_of_layer(const Triangle& part, const Eigen::Vector3d& up) const {
+    const Eigen::Vector3d middle = at((part[0] + part[1] + part[2]) / 3) + up;
+    const Triangle places{at(part[0]) + up, at(part[1]) + up, at(part[2]) + up};
+    return least_distance(hot.solid, places, middle, signed_distance(hot.solid, middle));
   }
 
   void add(const Triangle& part, double area, int divisions, Eigen::Vector3d& sum) const {
     double least = least_of_layer(part, Eigen::Vector3d::Zero());
-    if (lift_) {
-      least = std::min(least, least_of_layer(part, *lift_));
+    if (lift) {
+      least = std::min(least, least_of_layer(part, *lift));
     }
-    if (least >= hot_.farthest()) {
+    if (least >= hot.farthest()) {
       return;
     }
     std::array<Eigen::Vector3d, 6> points;
@@ -107,23 +105,18 @@ class DrawnTriangle {
     }
     const double most = *std::max_element(distances.begin(), distances.end());
     const double change = most - least;
-    const bool touches = most + change / 2 <= hot_.touching;  // at the corners, too
-    const Fineness& fine = hot_.solid.is_convex() ? at_convex : elsewhere;
-    if (!touches && change > fine.change * hot_.reach && divisions < fine.divisions) {
+    const bool touches = most + change / 2 <= hot.touching;  // at the corners, too
+    const Fineness& fine = hot.solid.is_convex() ? at_convex : elsewhere;
+    if (!touches && change > fine.change * hot.reach && divisions < fine.divisions) {
       for (const Triangle& quarter : quarters(part)) {
         add(quarter, area / 4, divisions + 1, sum);
       }
       return;
     }
     for (std::size_t q = 0; q < points.size(); ++q) {
-      sum += area * quadrature()[q].weight * hot_.weight(distances[q]) * shares(points[q]);
+      sum += area * quadrature()[q].weight * hot.weight(distances[q]) * shares(points[q]);
     }
   }
-
-  const HotSolid& hot_;
-  const Triangle& corners_;
-  std::optional<Eigen::Vector3d> lift_;
-  bool has_centre_;
 };
 
 /// Vector from an element's drawn layer to the other layer of a shell that has two, if its lattice particle lives.
@@ -143,28 +136,27 @@ std::optional<Eigen::Vector3d> lift_of(const Surface& surface, std::size_t eleme
   return above(input.positions.values());
 }
 
-/// Whether no point of an element can be nearer to the box round a body than `farthest`.
-bool is_far(const Surface& surface, std::size_t element, const BodyHeatInput& input, const Pose& pose,
-            const Eigen::AlignedBox3d& box, double farthest, const std::optional<Eigen::Vector3d>& lift) {
-  const Eigen::Vector3d first = input.positions.vector(surface.corner(element, 0));
+/// Whether no point of an element can be so near to the box round a body that it exchanges heat.
+bool is_far(const Surface& surface, std::size_t element, const Field& positions, const HotSolid& hot,
+            const std::optional<Eigen::Vector3d>& lift) {
+  const Eigen::Vector3d first = positions.vector(surface.corner(element, 0));
   double radius = 0;
   for (std::size_t k = 1; k < static_cast<std::size_t>(surface.sides_per_element()); ++k) {
-    radius = std::max(radius, (input.positions.vector(surface.corner(element, k)) - first).norm());
+    radius = std::max(radius, (positions.vector(surface.corner(element, k)) - first).norm());
   }
   radius += lift ? lift->norm() : 0;
-  return box.exteriorDistance(pose.to_own(first)) > farthest + radius;
+  return hot.box.exteriorDistance(hot.solid.pose.to_own(first)) > hot.farthest() + radius;
 }
 
 /// Divides the heat that a quad takes among its four corners: in the proportions of `given`, except that each corner
 /// counts as if the active triangles of the quad had the same area.
 /// @param given integrals of weight times fraction of the corners @param area of the quad's triangles, 0 of dead ones
-std::array<double, 4> divided(const std::array<double, 4>& given, const std::array<double, 4>& area) {
-  const auto active = static_cast<double>(std::count_if(area.begin(), area.end(), [](double a) { return a > 0; }));
-  const double mean = (area[0] + area[1] + area[2] + area[3]) / active;
-  std::array<double, 4> result{};
+Eigen::Vector4d divided(const Eigen::Vector4d& given, const Eigen::Vector4d& area) {
+  const double mean = (area[0] + area[1] + area[2] + area[3]) / static_cast<double>((area.array() > 0).count());
+  Eigen::Vector4d result = Eigen::Vector4d::Zero();
   double sum_given = 0;
   double sum = 0;
-  for (std::size_t k = 0; k < 4; ++k) {
+  for (Eigen::Index k = 0; k < 4; ++k) {
     const double before = area[(k + 3) % 4];
     if (given[k] > 0) {
       const int triangles = (before > 0 ? 1 : 0) + (area[k] > 0 ? 1 : 0);
@@ -173,10 +165,7 @@ std::array<double, 4> divided(const std::array<double, 4>& given, const std::arr
     sum_given += given[k];
     sum += result[k];
   }
-  for (double& value : result) {
-    value *= sum > 0 ? sum_given / sum : 0;
-  }
-  return result;
+  return result * (sum > 0 ? sum_given / sum : 0);
 }
 
 }  // namespace
@@ -187,25 +176,24 @@ bool exchange_heat(const std::map<std::string, BodyOptions>& bodies) {
 }
 
 Eigen::VectorXd body_conductance(const Surface& surface, const Body& body, const BodyHeatInput& input) {
-  const HotSolid hot{body.at(input.time), body.margin + input.resting_gap, body.heat_reach};
-  const Eigen::AlignedBox3d box = box_round(body.shape);
+  const HotSolid hot{body.at(input.time), box_round(body.shape), body.margin + input.resting_gap, body.heat_reach};
   const std::size_t per_element = surface.triangles_per_element;
   Eigen::VectorXd integral = Eigen::VectorXd::Zero(surface.particles.local());
   for (std::size_t e = 0; e < surface.triangles.size() / per_element; ++e) {
     const std::optional<Eigen::Vector3d> lift = lift_of(surface, e, input);
-    if (is_far(surface, e, input, hot.solid.pose, box, hot.farthest(), lift)) {
+    if (is_far(surface, e, input.positions, hot, lift)) {
       continue;
     }
     const DrawnPlaces places(surface, input.positions.data(), e);
-    std::array<double, 4> area{};
-    std::array<double, 4> of_corner{};
-    for (std::size_t k = 0; k < per_element; ++k) {
+    Eigen::Vector4d area = Eigen::Vector4d::Zero();
+    Eigen::Vector4d of_corner = area;
+    for (PetscInt k = 0; k < surface.triangles_per_element; ++k) {
       const std::size_t t = per_element * e + k;
       if (!input.active.triangles[t]) {
         continue;
       }
       const Triangle corners = places(surface.triangles[t]);
-      const DrawnTriangle triangle(hot, corners, lift, surface.has_quads());
+      const DrawnTriangle triangle{hot, corners, lift, surface.has_quads()};
       const Eigen::Vector3d taken = triangle.integral();
       area[k] = triangle.area();
       if (surface.has_quads()) {
@@ -213,16 +201,11 @@ Eigen::VectorXd body_conductance(const Surface& surface, const Body& body, const
         of_corner[(k + 1) % 4] += taken[1];
         integral[surface.triangles[t][2]] += taken[2];
       } else {
-        for (std::size_t i = 0; i < 3; ++i) {
-          integral[surface.triangles[t][i]] += taken[static_cast<Eigen::Index>(i)];
-        }
+        integral(surface.triangles[t]) += taken;
       }
     }
     if (surface.has_quads()) {
-      of_corner = divided(of_corner, area);
-      for (std::size_t k = 0; k < 4; ++k) {
-        integral[surface.cells[e][k]] += of_corner[k];
-      }
+      integral(surface.cells[e]) += divided(of_corner, area);
     }
   }
   return body.heat_transfer * integral.head(surface.particles.owned);

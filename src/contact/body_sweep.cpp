@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
+#include <limits>
 
 #include "parallel/collective.h"
 
@@ -11,8 +11,8 @@ inline namespace contact {
 
 namespace {
 
-constexpr double surface_gap =
-    0.7;                            ///< gap at which what comes from outside is stopped, as a fraction of the thickness
+/// Gap at which what comes from outside is stopped, as a fraction of the thickness.
+constexpr double surface_gap = 0.7;
 constexpr double least_free = 0.1;  ///< least weight of free particles in a point that can move it
 
 double longest_side(const std::array<Eigen::Vector3d, 3>& corners) {
@@ -30,50 +30,46 @@ double farthest_way(const Field& from, const Field& to) {
 }  // namespace
 
 PointWeights weights_of(const Surface& surface, std::size_t triangle, const Eigen::Vector3d& weights) {
-  const std::array<PetscInt, 3>& corners = surface.triangles[triangle];
-  if (!surface.has_quads()) {
-    return {{corners[0], corners[1], corners[2], corners[2]}, {weights[0], weights[1], weights[2], 0}};
-  }
-  PointWeights result{surface.cells[triangle / 4], {}};
-  result.weights.fill(weights[2] / 4);
-  for (std::size_t k = 0; k < 4; ++k) {
-    for (std::size_t corner = 0; corner < 2; ++corner) {
-      result.weights[k] += result.particles[k] == corners[corner] ? weights[static_cast<Eigen::Index>(corner)] : 0;
-    }
+  PointWeights result{corners_of(surface, triangle / static_cast<std::size_t>(surface.triangles_per_element)),
+                      {weights[0], weights[1], weights[2], 0}};
+  if (surface.has_quads()) {
+    result.weights.fill(weights[2] / 4);
+    result.weights[triangle % 4] += weights[0];
+    result.weights[(triangle + 1) % 4] += weights[1];
   }
   return result;
 }
 
-void WantedChanges::add(std::size_t body, const PointWeights& point, const std::array<double, 4>& shares,
-                        const Eigen::Vector3d& by, double weight, PetscInt owned) {
+bool BodySweep::can_move(const PointWeights& point) const {
+  double free = 0;
   for (std::size_t k = 0; k < 4; ++k) {
-    if (shares[k] > 0 && point.particles[k] < owned) {
-      Change& change = changes_[{body, point.particles[k]}];
-      change.weight += weight;
-      change.sum += weight * shares[k] * by;
-    }
+    free += is_held(point.particles[k]) ? 0 : point.weights[k];
   }
+  return free >= least_free;
 }
 
-std::optional<std::array<double, 4>> BodySweep::shares(const PointWeights& point,
-                                                       const std::vector<double>& mass) const {
-  std::array<double, 4> shares{};
-  double free = 0;
+void BodySweep::add_change(std::size_t body, const PointWeights& point, const std::vector<double>& mass,
+                           const Eigen::Vector3d& by, double weight, WantedChanges& changes) const {
+  if (!can_move(point)) {
+    return;
+  }
+  std::array<double, 4> shares{};  // displacements of the particles, in proportion
   double sum = 0;
   for (std::size_t k = 0; k < 4; ++k) {
     if (const PetscInt particle = point.particles[k]; !is_held(particle)) {
-      free += point.weights[k];
       shares[k] = point.weights[k] / mass[particle];
       sum += shares[k] * point.weights[k];
     }
   }
-  if (free < least_free) {
-    return std::nullopt;
+  for (std::size_t k = 0; k < 4; ++k) {
+    const double fraction = shares[k] / sum;
+    if (fraction > 0 && point.particles[k] < surface_.particles.owned) {
+      WantedChange& change = changes[{body, point.particles[k]}];
+      change.weight += weight;
+      change.sum += weight * fraction * by;
+      change.largest = std::max(change.largest, (fraction * by).norm());
+    }
   }
-  for (double& fraction : shares) {
-    fraction /= sum;
-  }
-  return shares;
 }
 
 BodySweep::BodySweep(const Surface& surface, std::vector<Body> bodies, double thickness)
@@ -112,29 +108,16 @@ void BodySweep::set_time(double time_end, double h) {
     moved.start_gap.resize(surface_.particles.local());
     moved.least_start_gap = std::numeric_limits<double>::infinity();
     for (PetscInt i = 0; i < surface_.particles.local(); ++i) {
-      Eigen::Vector3d normal;
-      const double gap = gap_at(b, moved.before, start_.vector(i), normal);
-      moved.start_gap[i] = gap;
-      moved.least_start_gap = std::min(moved.least_start_gap, gap);
+      moved.start_gap[i] = gap_at(b, moved.before, start_.vector(i)).distance;
+      moved.least_start_gap = std::min(moved.least_start_gap, moved.start_gap[i]);
     }
   }
-}
-
-double BodySweep::gap_at(std::size_t body, const Solid& solid, const Eigen::Vector3d& x,
-                         Eigen::Vector3d& normal) const {
-  const SignedDistance gap = signed_distance(solid, x);
-  normal = gap.normal;
-  return gap.distance - bodies_[body].margin;
 }
 
 /// Whether an element has one of these particles as a corner.
 bool BodySweep::has_any(std::size_t element, const std::vector<bool>& particles) const {
-  for (PetscInt k = 0; k < surface_.sides_per_element(); ++k) {
-    if (particles[surface_.corner(element, k)]) {
-      return true;
-    }
-  }
-  return false;
+  const std::array<PetscInt, 4> corners = corners_of(surface_, element);
+  return std::any_of(corners.begin(), corners.end(), [&particles](PetscInt i) { return particles[i]; });
 }
 
 /// Farthest that a local particle has moved relative to the body since the start [m].
@@ -149,19 +132,11 @@ double BodySweep::farthest_moved(std::size_t body, const Field& x) const {
   return farthest;
 }
 
-/// Lower bound of the gap between an element and a body [m].
+/// Lower bound of the gap between an element and a body, by the gap of its first corner [m].
 double BodySweep::least_gap(std::size_t body, const Solid& solid, std::size_t element, const Field& x) const {
-  const Eigen::Vector3d first = x.vector(surface_.corner(element, 0));
-  Eigen::Vector3d normal;
-  const double gap = gap_at(body, solid, first, normal);
-  double radius = 0;
-  double rise = 0;  // the least of the tangent plane, below which the distance of a convex body does not lie
-  for (std::size_t k = 1; k < static_cast<std::size_t>(surface_.sides_per_element()); ++k) {
-    const Eigen::Vector3d arm = x.vector(surface_.corner(element, k)) - first;
-    radius = std::max(radius, arm.norm());
-    rise = std::min(rise, normal.dot(arm));
-  }
-  return gap + (solid.is_convex() ? rise : -radius);
+  const auto [first, a, b, c] = corners_of(surface_, element);
+  return least_distance(solid, {x.vector(a), x.vector(b), x.vector(c)}, x.vector(first),
+                        gap_at(body, solid, x.vector(first)));
 }
 
 /// The deepest point of a triangle, if the triangle is active, not constrained, and nearer to a body than `below`.
@@ -173,7 +148,7 @@ std::optional<DeepestPoint> BodySweep::deepest_near(std::size_t body, const Soli
   const double margin = bodies_[body].margin;
   std::optional<DeepestPoint> found = deepest_point(solid, at, below + margin, gap_error * thickness_);
   if (found && found->gap.distance - margin < below) {
-    const std::array<PetscInt, 4> particles = weights_of(surface_, triangle, Eigen::Vector3d::Zero()).particles;
+    const auto particles = corners_of(surface_, triangle / static_cast<std::size_t>(surface_.triangles_per_element));
     if (!std::all_of(particles.begin(), particles.end(), [this](PetscInt i) { return is_held(i); })) {
       return found;
     }
@@ -261,16 +236,8 @@ std::vector<double> BodySweep::safe_shares(std::size_t body, const Field& from, 
       const auto deepest = deepest_point(solid, at, std::numeric_limits<double>::infinity(), rounding);
       return deepest->gap.distance - margin;
     });
-    if (fraction < 1) {
-      const auto shorten = [&](PetscInt i) {
-        double& old = shares[i];
-        old = std::min(old, fraction);
-      };
-      if (surface_.has_quads()) {
-        std::for_each(surface_.cells[element].begin(), surface_.cells[element].end(), shorten);
-      } else {
-        std::for_each(corners.begin(), corners.end(), shorten);
-      }
+    for (const PetscInt i : corners_of(surface_, element)) {
+      shares[i] = std::min(shares[i], fraction);
     }
   }
   return shares;
@@ -279,35 +246,33 @@ std::vector<double> BodySweep::safe_shares(std::size_t body, const Field& from, 
 /// @param from places at which the way begins; null: those at the step's start, moved with the near bodies
 bool BodySweep::shorten(const Field* from, Field& to, bool at_surface, StepLimit how) const {
   constexpr int most = 20;  // A triangle whose corners stop one after the other may have to stop again.
-  bool is_shortened = false;
   const PetscInt owned = surface_.particles.owned;
-  std::optional<Field> carried;
-  if (from == nullptr) {
-    carried.emplace(surface_.particles, 3);
-  }
+  Field carried = from == nullptr ? Field(surface_.particles, 3) : Field();
   for (int round = 0; round < most; ++round) {
     bool again = false;
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
       if (from == nullptr) {
         for (PetscInt i = 0; i < surface_.particles.local(); ++i) {
-          carried->vector(i) = carried_place(b, i);
+          carried.vector(i) = carried_place(b, i);
         }
       }
-      const Field& begin = from == nullptr ? *carried : *from;
-      const std::vector<double> shares = safe_shares(b, begin, to, from == nullptr, at_surface);
-      double least = 1;
+      const Field& begin = from == nullptr ? carried : *from;
+      std::vector<double> shares = safe_shares(b, begin, to, from == nullptr, at_surface);
       if (how == StepLimit::all_alike || round + 1 == most) {
+        double least = 1;
         for (PetscInt i = 0; i < owned && !shares.empty(); ++i) {
           least = std::min(least, shares[i]);
         }
         least = min_over_ranks(surface_.comm(), least);
+        if (least < 1) {
+          shares.assign(owned, least);
+        }
       }
       bool changes = false;
-      for (PetscInt i = 0; i < owned && (least < 1 || !shares.empty()); ++i) {
-        const double fraction = least < 1 ? least : shares[i];
-        if (fraction < 1 && !is_held(i)) {
+      for (PetscInt i = 0; i < owned && !shares.empty(); ++i) {
+        if (shares[i] < 1 && !is_held(i)) {
           changes = true;
-          to.vector(i) = (1 - fraction) * begin.vector(i) + fraction * to.vector(i);
+          to.vector(i) = (1 - shares[i]) * begin.vector(i) + shares[i] * to.vector(i);
         }
       }
       if (on_any_rank(surface_.comm(), changes)) {
@@ -316,17 +281,10 @@ bool BodySweep::shorten(const Field* from, Field& to, bool at_surface, StepLimit
       }
     }
     if (!again) {
-      break;
+      return round > 0;
     }
-    is_shortened = true;
   }
-  return is_shortened;
-}
-
-bool BodySweep::stop_at_surface(Field& to) const { return shorten(nullptr, to, true, StepLimit::each_vertex); }
-
-bool BodySweep::stop_at_middle(const Field* from, Field& to, StepLimit how) const {
-  return shorten(from, to, false, how);
+  return true;
 }
 
 }  // namespace contact

@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cstddef>
-#include <limits>
 #include <map>
 #include <optional>
 #include <utility>
@@ -16,6 +15,12 @@
 
 namespace pellicle {
 inline namespace contact {
+
+/// Corners of an element; the last one of a triangle comes twice.
+inline std::array<PetscInt, 4> corners_of(const Surface& surface, std::size_t element) {
+  return {surface.corner(element, 0), surface.corner(element, 1), surface.corner(element, 2),
+          surface.corner(element, surface.has_quads() ? 3 : 2)};
+}
 
 /// Particles and weights of a point of a surface triangle; unused entries have weight 0.
 struct PointWeights {
@@ -37,31 +42,16 @@ Eigen::Vector3d at_point(const PointWeights& point, const Values& values) {
 }
 inline Eigen::Vector3d at_point(const PointWeights& point, const Field& x) { return at_point(point, x.values()); }
 
-/// Changes that points of triangles which touch bodies need in the velocities of their corners. At each body a particle
-/// gets the mean of the changes that its points need, weighted with their amounts, so that rounding does not decide
-/// which points count.
-class WantedChanges {
- public:
-  /// Adds a point's change to its owned particles. @param shares displacements of the particles if the point moves by 1
-  /// @param by change that the point needs [m/s] @param weight of this change in the mean [m/s]
-  void add(std::size_t body, const PointWeights& point, const std::array<double, 4>& shares, const Eigen::Vector3d& by,
-           double weight, PetscInt owned);
-  /// Calls `take` with body, particle and its change.
-  template <class Take>
-  void visit(const Take& take) const {
-    for (const auto& [who, change] : changes_) {
-      take(who.first, who.second, Eigen::Vector3d(change.sum / change.weight));
-    }
-  }
-  bool empty() const { return changes_.empty(); }
+/// The changes that points of triangles which touch a body need in the place or the velocity of one of their corners.
+struct WantedChange {
+  double weight = 0;                              ///< sum of the changes' weights
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();  ///< of the changes times their weights
+  double largest = 0;                             ///< length of the largest change
 
- private:
-  struct Change {
-    double weight = 0;
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  };
-  std::map<std::pair<std::size_t, PetscInt>, Change> changes_;  ///< by body and particle
+  /// The mean of the changes: weighted with their amounts, rounding does not decide which points count.
+  Eigen::Vector3d mean() const { return sum / weight; }
 };
+using WantedChanges = std::map<std::pair<std::size_t, PetscInt>, WantedChange>;  ///< by body and particle
 
 /// Moving bodies: finds a surface's surface triangles near them and keeps displacements from passing through a body.
 class BodySweep {
@@ -88,7 +78,6 @@ class BodySweep {
   const Field& start() const { return start_; }
   bool is_held(PetscInt particle) const { return constrained_[particle]; }
   double h() const { return h_; }                                              ///< [s]
-  double time() const { return time_; }                                        ///< of the step's start [s]
   const Solid& before(std::size_t body) const { return moved_[body].before; }  ///< the body at the step's start
   const Solid& after(std::size_t body) const { return moved_[body].after; }    ///< the body at the step's end
   /// Message that names the body in which particles are deeper than `least` at the step's start, or empty. Collective.
@@ -97,15 +86,22 @@ class BodySweep {
   }
   /// Gap between a body with its margin and a local particle at the step's start [m].
   double start_gap(std::size_t body, PetscInt particle) const { return moved_[body].start_gap[particle]; }
-  /// Displacements of a point's particles that move the point by 1, in proportion to weight over mass; none if the free
-  /// particles have too little weight to move it.
-  std::optional<std::array<double, 4>> shares(const PointWeights& point, const std::vector<double>& mass) const;
+  /// Whether the free particles of a point have enough weight to move it.
+  bool can_move(const PointWeights& point) const;
+  /// Adds the change that a point needs to those of its owned particles, in proportion to weight over mass; nothing if
+  /// it cannot move. @param by change of the point @param weight of this change in the mean
+  void add_change(std::size_t body, const PointWeights& point, const std::vector<double>& mass,
+                  const Eigen::Vector3d& by, double weight, WantedChanges& changes) const;
   /// Mean velocity over the step of the body's material point that is at x in the end [m/s].
   Eigen::Vector3d velocity_at(std::size_t body, const Eigen::Vector3d& x) const {
     return (x - carried(after(body).pose, before(body).pose, x)) / h_;
   }
-  /// Gap between a body with its margin and a point [m]. @param normal set to the body's normal there
-  double gap_at(std::size_t body, const Solid& solid, const Eigen::Vector3d& x, Eigen::Vector3d& normal) const;
+  const Solid& solid(std::size_t body, bool at_start) const { return at_start ? before(body) : after(body); }
+  /// Gap between a body with its margin and a point, with the body's normal there.
+  SignedDistance gap_at(std::size_t body, const Solid& solid, const Eigen::Vector3d& x) const {
+    const SignedDistance gap = signed_distance(solid, x);
+    return {gap.distance - bodies_[body].margin, gap.normal};
+  }
   /// Place of a point, or particle, if it had moved with the body since the step's start [m].
   Eigen::Vector3d carried_place(std::size_t body, const Eigen::Vector3d& start) const {
     return carried(moved_[body].before.pose, moved_[body].after.pose, start);
@@ -128,7 +124,7 @@ class BodySweep {
         continue;
       }
       const double farthest = below + reach_of(at_start ? 0 : farthest_moved(b, x));
-      const Solid& solid = at_start ? before(b) : after(b);
+      const Solid& solid = this->solid(b, at_start);
       for (std::size_t e = 0; e < surface_.triangles.size() / per_element; ++e) {
         if (start_gap(b, surface_.corner(e, 0)) > farthest || (with != nullptr && !has_any(e, *with)) ||
             least_gap(b, solid, e, x) > below) {
@@ -148,10 +144,10 @@ class BodySweep {
   /// Draws the places `to` back towards those at the step's start, moved with the near bodies, until no surface
   /// triangle, and no particle, comes nearer to a body than 0.7 of the thickness on its way there. Collective.
   /// @returns whether anything was drawn back, on any rank
-  bool stop_at_surface(Field& to) const;
+  bool stop_at_surface(Field& to) const { return shorten(nullptr, to, true, StepLimit::each_vertex); }
   /// Draws the places `to` back so that nothing passes the middle of a body, or goes deeper if it is beyond already.
   /// @param from places at which the way begins; null: those at the step's start, moved with the near bodies
-  bool stop_at_middle(const Field* from, Field& to, StepLimit how) const;
+  bool stop_at_middle(const Field* from, Field& to, StepLimit how) const { return shorten(from, to, false, how); }
 
  private:
   /// A body in the step.

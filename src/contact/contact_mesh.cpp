@@ -48,7 +48,7 @@ constexpr double centre_share = 0.5;
 
 struct RankBox {
   int rank;
-  std::array<double, 6> corners;
+  Box box;
 };
 
 }  // namespace
@@ -68,25 +68,6 @@ ContactMesh::ContactMesh(const ContactSurface& surface)
   update_ghosts(surface.particles(), particle_area_);
 }
 
-bool ContactMesh::touches_own(PetscInt element) const {
-  const std::array<PetscInt, 4>& corners = surface_.element(element).corners;
-  return std::any_of(corners.begin(), corners.end(), [this](PetscInt i) { return i >= 0 && i < reach_.owned; });
-}
-
-ContactMesh::Element ContactMesh::element(PetscInt number) const {
-  const ContactSurface::Element& known = surface_.element(number);
-  Element element;
-  element.number = surface_.elements().to_global(number);
-  for (std::size_t k = 0; k < 4 && known.corners[k] >= 0; ++k) {
-    element.corners[k] = surface_.particles().to_global(known.corners[k]);
-  }
-  for (std::size_t t = 0; t < known.triangles(); ++t) {
-    element.lives[t] = surface_.lives(known, t);
-  }
-  element.area = known.area;
-  return element;
-}
-
 Box ContactMesh::box(PetscInt element, const Motion& motion) const {
   Box box;
   double wider = 0;
@@ -101,11 +82,12 @@ Box ContactMesh::box(PetscInt element, const Motion& motion) const {
 }
 
 /// Sends the owned elements to the ranks whose boxes they meet. Collective.
-/// @param own owned elements with active triangles @param boxes of these elements and of all others that touch this
-/// rank's particles @param margin by which this rank's boxes are widened [m]
+/// @param here elements with active triangles, the owned ones first @param own number of these
+/// @param boxes of these elements and of all others that touch this rank's particles
+/// @param margin by which this rank's boxes are widened [m]
 /// @returns the elements from other ranks, in the order of these
-std::vector<ContactMesh::Element> ContactMesh::receive(const std::vector<Element>& own, const std::vector<Box>& boxes,
-                                                       double margin) const {
+std::vector<ContactMesh::Element> ContactMesh::receive(const std::vector<Element>& here, std::size_t own,
+                                                       const std::vector<Box>& boxes, double margin) const {
   int rank = 0;
   MPI_Comm_rank(surface_.comm(), &rank);
   std::vector<std::size_t> order(boxes.size());
@@ -113,32 +95,23 @@ std::vector<ContactMesh::Element> ContactMesh::receive(const std::vector<Element
   std::vector<Box> patches;
   add_patches(boxes, order.begin(), order.end(), patches_of_rank, patches);
   std::vector<RankBox> own_patches;
-  for (Box& patch : patches) {
-    patch = Box(patch.min().array() - margin, patch.max().array() + margin);
-    own_patches.push_back(
-        {rank, {patch.min()[0], patch.min()[1], patch.min()[2], patch.max()[0], patch.max()[1], patch.max()[2]}});
-  }
-  std::vector<std::pair<int, Box>> foreign;
-  for (const RankBox& patch : of_all_ranks(surface_.comm(), own_patches)) {
-    if (patch.rank != rank) {
-      foreign.emplace_back(patch.rank,
-                           Box(Eigen::Vector3d(patch.corners.data()), Eigen::Vector3d(patch.corners.data() + 3)));
-    }
-  }
-  Box here;
+  Box whole;
   for (const Box& patch : patches) {
-    here.extend(patch);
+    own_patches.push_back({rank, Box(patch.min().array() - margin, patch.max().array() + margin)});
+    whole.extend(own_patches.back().box);
   }
+  std::vector<RankBox> foreign = of_all_ranks(surface_.comm(), own_patches);
   foreign.erase(
-      std::remove_if(foreign.begin(), foreign.end(), [&](const auto& patch) { return !here.intersects(patch.second); }),
+      std::remove_if(foreign.begin(), foreign.end(),
+                     [&](const RankBox& patch) { return patch.rank == rank || !whole.intersects(patch.box); }),
       foreign.end());
   std::vector<Element> sent;
   std::vector<int> destinations;
-  for (std::size_t k = 0; k < own.size(); ++k) {
+  for (std::size_t k = 0; k < own; ++k) {
     int last = -1;
     for (const auto& [other, patch] : foreign) {
       if (other != last && patch.intersects(boxes[k])) {
-        sent.push_back(own[k]);
+        sent.push_back(here[k]);
         destinations.push_back(other);
         last = other;
       }
@@ -150,22 +123,24 @@ std::vector<ContactMesh::Element> ContactMesh::receive(const std::vector<Element
 bool ContactMesh::gather(const Motion& motion, const Field& start, const std::vector<PetscInt>& further) {
   const Layout& particles = surface_.particles();
   const Layout& elements = surface_.elements();
-  std::vector<PetscInt> here;  // local elements that live
-  std::vector<Element> sent;
-  std::vector<Box> sent_boxes;
+  std::vector<Element> here;  // local elements that live
+  std::size_t own = 0;
+  std::vector<Box> boxes;
   for (PetscInt e = 0; e < elements.local(); ++e) {
-    const Element whole = element(e);
-    if (std::none_of(whole.lives.begin(), whole.lives.end(), [](bool lives) { return lives; })) {
+    const auto& [corners, lattice, lives, area] = surface_.element(e);
+    if (std::none_of(lives.begin(), lives.end(), [](bool is) { return is; })) {
       continue;
     }
-    here.push_back(e);
+    Element& element = here.emplace_back(Element{elements.to_global(e), {-1, -1, -1, -1}, lives, area});
+    for (std::size_t k = 0; k < 4 && corners[k] >= 0; ++k) {
+      element.corners[k] = particles.to_global(corners[k]);
+    }
+    own += e < elements.owned ? 1 : 0;
     // An element that touches this rank's particles is either owned, or a ghost whose owner also asks for its
     // neighbours.
-    if (e < elements.owned) {
-      sent.push_back(whole);
-      sent_boxes.push_back(box(e, motion));
-    } else if (touches_own(e)) {
-      sent_boxes.push_back(box(e, motion));
+    const auto is_own = [&particles](PetscInt i) { return i >= 0 && i < particles.owned; };
+    if (e < elements.owned || std::any_of(corners.begin(), corners.end(), is_own)) {
+      boxes.push_back(box(e, motion));
     }
   }
   int ranks = 1;
@@ -176,15 +151,12 @@ bool ContactMesh::gather(const Motion& motion, const Field& start, const std::ve
     margin = surface_.largest_thickness();  // A triangle that comes later makes all new.
   }
   if (ranks > 1) {
-    std::vector<PetscInt> known_elements;
-    for (PetscInt e = elements.owned; e < elements.local(); ++e) {
-      known_elements.push_back(elements.to_global(e));
-    }
+    std::vector<PetscInt> known_elements = elements.ghost_global;
     for (const Element& element : received_) {
       known_elements.push_back(element.number);
     }
     std::sort(known_elements.begin(), known_elements.end());
-    const std::vector<Element> sent_here = receive(sent, sent_boxes, margin);
+    const std::vector<Element> sent_here = receive(here, own, boxes, margin);
     std::copy_if(sent_here.begin(), sent_here.end(), std::back_inserter(received_), [&](const Element& element) {
       return !std::binary_search(known_elements.begin(), known_elements.end(), element.number);
     });
@@ -223,16 +195,8 @@ bool ContactMesh::gather(const Motion& motion, const Field& start, const std::ve
   const std::vector<std::array<PetscInt, 4>> old_centres = std::exchange(centres_, {});
   has_.assign(reach_.local(), false);
   centre_area_.clear();
-  for (const PetscInt e : here) {
-    add(element(e), surface_.element(e).corners);
-  }
-  for (const Element& element : received_) {
-    std::array<PetscInt, 4> corners{-1, -1, -1, -1};
-    for (std::size_t k = 0; k < 4 && element.corners[k] >= 0; ++k) {
-      corners[k] = numbers_.find(element.corners[k]);
-    }
-    add(element, corners);
-  }
+  std::for_each(here.begin(), here.end(), [this](const Element& element) { add(element); });
+  std::for_each(received_.begin(), received_.end(), [this](const Element& element) { add(element); });
   const bool is_same = triangles_ == old_triangles && centres_ == old_centres && reach_.ghost_global == old_ghosts;
   if (!is_same) {
     find_leads();
@@ -275,38 +239,31 @@ void ContactMesh::find_points(const Field& known) {
 }
 
 void ContactMesh::find_leads() {
-  struct Side {
-    std::array<PetscInt, 2> ends;
-    std::size_t triangle;
-    std::size_t number;
-  };
-  std::vector<Side> sides;
+  using Ends = std::pair<PetscInt, PetscInt>;
+  std::vector<std::tuple<Ends, std::size_t, std::size_t>> sides;  // triangle, and number in it
   std::vector<bool> has_leader(points());
   leads_.assign(triangles_.size(), {});
   for (std::size_t t = 0; t < triangles_.size(); ++t) {
     for (std::size_t k = 0; k < 3; ++k) {
       const PetscInt a = triangles_[t][k];
-      const PetscInt b = triangles_[t][(k + 1) % 3];
-      sides.push_back({{std::min(a, b), std::max(a, b)}, t, k});
+      sides.emplace_back(std::minmax(a, triangles_[t][(k + 1) % 3]), t, k);
       leads_[t].point[k] = !has_leader[a];
       has_leader[a] = true;
     }
   }
-  std::sort(sides.begin(), sides.end(),
-            [](const Side& a, const Side& b) { return std::tie(a.ends, a.triangle) < std::tie(b.ends, b.triangle); });
-  for (std::size_t s = 0; s < sides.size(); ++s) {
-    if (s == 0 || sides[s].ends != sides[s - 1].ends) {
-      leads_[sides[s].triangle].side[sides[s].number] = true;
-    }
+  std::sort(sides.begin(), sides.end());
+  Ends last{-1, -1};
+  for (const auto& [ends, triangle, k] : sides) {
+    leads_[triangle].side[k] = ends != last;
+    last = ends;
   }
 }
 
-/// @param corners of the element, in reach
-void ContactMesh::add(const Element& element, const std::array<PetscInt, 4>& corners) {
-  for (const PetscInt corner : corners) {
-    if (corner >= 0) {
-      has_[corner] = true;
-    }
+void ContactMesh::add(const Element& element) {
+  std::array<PetscInt, 4> corners{-1, -1, -1, -1};
+  for (std::size_t k = 0; k < 4 && element.corners[k] >= 0; ++k) {
+    corners[k] = numbers_.find(element.corners[k]);
+    has_[corners[k]] = true;
   }
   if (corners[3] < 0) {
     triangles_.push_back({corners[0], corners[1], corners[2]});

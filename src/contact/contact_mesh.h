@@ -103,12 +103,10 @@ class ContactMesh {
     }
     return of_point.weight() * sum;
   }
-  Element element(PetscInt number) const;
   Eigen::AlignedBox3d box(PetscInt element, const Motion& motion) const;
-  bool touches_own(PetscInt element) const;
-  std::vector<Element> receive(const std::vector<Element>& own, const std::vector<Eigen::AlignedBox3d>& boxes,
-                               double margin) const;
-  void add(const Element& element, const std::array<PetscInt, 4>& corners);
+  std::vector<Element> receive(const std::vector<Element>& here, std::size_t own,
+                               const std::vector<Eigen::AlignedBox3d>& boxes, double margin) const;
+  void add(const Element& element);
   void find_leads();
   void find_points(const Field& known);
 

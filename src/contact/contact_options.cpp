@@ -15,8 +15,7 @@ void describe(OptionTable& table, ContactOptions& options, const Condition& bodi
       .acts_with({"contact.self: true", [&options] { return options.self; }})
       .help(
           "surfaces that pass through themselves or each other at the start: accept: what is crossed stays so; "
-          "untangle: "
-          "moves them until nothing crosses and they are as far apart as contact keeps them; refuse: no run");
+          "untangle: moves them until nothing crosses and they are as far apart as contact keeps them; refuse: no run");
   table.add("contact.check", options.check)
       .help("counts after every step the pairs of drawn triangles that cut through each other (history: crossings)");
   table.add("contact.thickness", options.thickness)
@@ -38,10 +37,8 @@ void describe(OptionTable& table, ContactOptions& options, const Condition& bodi
       .acts_with(either(bodies, "bodies, or contact.self", false))
       .help(
           "c of the pressure with which surfaces press whose gap g is less than contact.thickness d: c (d - g)^2/(2 "
-          "d); of "
-          "bodies c (0.975 d - g) where g < 0.95 d, then falling smoothly to 0 at d: unless given much stiffer than "
-          "the "
-          "mesh in the plane and its mass in a step; of two objects the softer counts")
+          "d); of bodies c (0.975 d - g) where g < 0.95 d, then falling smoothly to 0 at d: unless given much stiffer "
+          "than the mesh in the plane and its mass in a step; of two objects the softer counts")
       .source("docs/theory.md: parameters");
   table.add("contact.slip_speed", options.slip_speed)
       .unit("m/s")

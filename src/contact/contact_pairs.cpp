@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "contact/crack_faces.h"
 
@@ -107,8 +106,7 @@ class Search {
       return;
     }
     const double thickness = thickness_of(pair);
-    pair.barrier.thickness =
-        are_far_at_rest(pair, thickness) ? thickness : std::min(thickness, rest_distance(pair) / 2);
+    pair.barrier.thickness = thickness_at_rest(pair, thickness);
     const bool are_lips = pair.barrier.thickness < least_share * thickness;
     if (are_lips) {
       pair.barrier.thickness = lip_share * thickness;
@@ -165,19 +163,14 @@ class Search {
 
   /// Largest approach of two features along their normal within their ranges.
   double closing(const ContactPair& pair) const {
-    double first = -std::numeric_limits<double>::infinity();
-    double second = first;
+    Eigen::Array4d of_points;
     for (int k = 0; k < 4; ++k) {
       const ContactMesh::Point& point = mesh_.point(pair.points[k]);
       const Eigen::Vector3d with = pair.normal.cwiseProduct(point.high);
       const Eigen::Vector3d against = pair.normal.cwiseProduct(point.low);
-      if (k < pair.first_feature()) {
-        first = std::max(first, -with.cwiseMin(against).sum());
-      } else {
-        second = std::max(second, with.cwiseMax(against).sum());
-      }
+      of_points[k] = pair.is_second(k) ? with.cwiseMax(against).sum() : -with.cwiseMin(against).sum();
     }
-    return first + second;
+    return pair.largest(of_points).sum();
   }
 
   /// Share of stiffness of two edges. Parallel edges have many nearest points, of which an arbitrary one is found, so
@@ -195,21 +188,17 @@ class Search {
     return c < 1 ? c * (2 - c) : 1;
   }
 
-  /// Whether boxes of the features are further apart than twice the thickness undeformed, as most are.
-  bool are_far_at_rest(const ContactPair& pair, double thickness) const {
-    std::array<Eigen::AlignedBox3d, 2> boxes;
-    for (std::size_t k = 0; k < 4; ++k) {
-      boxes[k >= static_cast<std::size_t>(pair.first_feature())].extend(mesh_.point(pair.points[k]).rest);
-    }
-    return boxes[0].squaredExteriorDistance(boxes[1]) > 4 * thickness * thickness;
-  }
-
-  double rest_distance(const ContactPair& pair) const {
+  /// The thickness, or half of the undeformed distance of features if that is less. As most are further apart than
+  /// twice the thickness, their boxes are looked at first.
+  double thickness_at_rest(const ContactPair& pair, double thickness) const {
     std::array<Eigen::Vector3d, 4> corners;
-    std::transform(pair.points.begin(), pair.points.end(), corners.begin(),
-                   [this](PetscInt point) { return mesh_.point(point).rest; });
-    const NearestPoints nearest = pair.are_edges ? nearest_of_edges(corners) : nearest_of_point_and_triangle(corners);
-    return nearest.apart.norm();
+    std::array<Eigen::AlignedBox3d, 2> boxes;
+    for (int k = 0; k < 4; ++k) {
+      corners[k] = mesh_.point(pair.points[k]).rest;
+      boxes[pair.is_second(k)].extend(corners[k]);
+    }
+    const bool are_far = boxes[0].squaredExteriorDistance(boxes[1]) > 4 * thickness * thickness;
+    return are_far ? thickness : std::min(thickness, pair.nearest_of(corners).apart.norm() / 2);
   }
 
   const ContactMesh& mesh_;
@@ -225,33 +214,28 @@ class Search {
 Eigen::Matrix<double, 12, 12> ContactPair::gap_curvature(const Eigen::Matrix3Xd& places) const {
   const NearestPoints where = nearest(places);
   const double gap = where.apart.norm();
-  Eigen::Matrix<double, 12, 2> mixed = Eigen::Matrix<double, 12, 2>::Zero();  // f_xa
+  Eigen::Matrix<double, 12, 2> mixed;                                         // f_xa
   Eigen::Matrix<double, 3, 2> along = Eigen::Matrix<double, 3, 2>::Zero();    // r_a
   Eigen::Matrix<double, 4, 2> changes = Eigen::Matrix<double, 4, 2>::Zero();  // s_a
   int free = 0;
   for (const auto& [first, last] : {std::pair(0, first_feature()), std::pair(first_feature(), 4)}) {
     int base = -1;
     for (int k = first; k < last; ++k) {
-      if (where.weights[k] == 0) {
-        continue;
-      }
-      if (base < 0) {
+      if (where.weights[k] != 0 && base < 0) {
         base = k;
-        continue;
+      } else if (where.weights[k] != 0) {
+        changes(k, free) = 1;
+        changes(base, free) = -1;
+        along.col(free) = places.col(points[k]) - places.col(points[base]);
+        ++free;
       }
-      changes(k, free) = 1;
-      changes(base, free) = -1;
-      along.col(free) = places.col(points[k]) - places.col(points[base]);
-      ++free;
     }
   }
   Eigen::Matrix<double, 12, 1> slope;  // f_x
   for (int k = 0; k < 4; ++k) {
     const double weight = where.weights[k];
     slope.segment<3>(3 * k) = weight * where.apart;
-    for (int a = 0; a < free; ++a) {
-      mixed.block<3, 1>(3 * k, a) = changes(k, a) * where.apart + weight * along.col(a);
-    }
+    mixed.middleRows<3>(3 * k) = where.apart * changes.row(k) + weight * along;
   }
   Eigen::Matrix<double, 12, 12> curvature;
   for (int k = 0; k < 4; ++k) {

@@ -1,11 +1,10 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <algorithm>
 #include <array>
 #include <vector>
 
-#include "contact/barrier.h"
+#include "contact/contact_laws.h"
 #include "contact/contact_mesh.h"
 #include "geometry/nearest_points.h"
 
@@ -22,26 +21,41 @@ struct ContactPair {
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< from the second feature to the first
   bool may_press = false;                            ///< whether the gap may become less than the barrier's thickness
 
-  NearestPoints nearest(const Eigen::Matrix3Xd& places) const {
-    const std::array<Eigen::Vector3d, 4> corners{places.col(points[0]), places.col(points[1]), places.col(points[2]),
-                                                 places.col(points[3])};
+  /// @param corners places of the points
+  NearestPoints nearest_of(const std::array<Eigen::Vector3d, 4>& corners) const {
     return are_edges ? nearest_of_edges(corners) : nearest_of_point_and_triangle(corners);
+  }
+  NearestPoints nearest(const Eigen::Matrix3Xd& places) const {
+    const auto& [a, b, c, d] = points;
+    return nearest_of({places.col(a), places.col(b), places.col(c), places.col(d)});
   }
   void measure(const Eigen::Matrix3Xd& places) {
     normal = nearest(places).apart;
     distance = normal.norm();
     normal /= distance > 0 ? distance : 1;
   }
-  /// Lower bound of the features' distance, along the normal of the last `measure` [m].
-  double separation(const Eigen::Matrix3Xd& places) const {
-    const auto along = [&](std::size_t k) { return normal.dot(places.col(points[k])); };
-    return are_edges ? std::min(along(0), along(1)) - std::max(along(2), along(3))
-                     : along(0) - std::max({along(1), along(2), along(3)});
+  /// Direction from a point towards the other feature, along the normal of the last `measure`.
+  Eigen::Vector3d inwards(int k) const { return is_second(k) ? normal : Eigen::Vector3d(-normal); }
+  /// Components of the points' places, or displacements, inwards.
+  Eigen::Array4d inwards(const Eigen::Matrix3Xd& places) const {
+    Eigen::Array4d result;
+    for (int k = 0; k < 4; ++k) {
+      result[k] = inwards(k).dot(places.col(points[k]));
+    }
+    return result;
   }
+  /// The largest number of each feature's points.
+  Eigen::Array2d largest(const Eigen::Array4d& numbers) const {
+    return are_edges ? Eigen::Array2d(numbers.head<2>().maxCoeff(), numbers.tail<2>().maxCoeff())
+                     : Eigen::Array2d(numbers[0], numbers.tail<3>().maxCoeff());
+  }
+  /// Lower bound of the features' distance, along the normal of the last `measure` [m].
+  double separation(const Eigen::Matrix3Xd& places) const { return -largest(inwards(places)).sum(); }
   /// Second derivative of a gap, which must not be 0, by the points [1/m].
   Eigen::Matrix<double, 12, 12> gap_curvature(const Eigen::Matrix3Xd& places) const;
   /// Number of points of the first feature.
   int first_feature() const { return are_edges ? 2 : 1; }
+  bool is_second(int k) const { return k >= first_feature(); }
 };
 
 /// Share of their distance by which two features may come nearer before it is measured again.

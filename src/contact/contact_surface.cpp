@@ -33,23 +33,18 @@ ContactSurface::ContactSurface(const std::vector<Part>& parts)
       elements_(layouts_of(parts, &Surface::elements)),
       local_elements_(elements_.layout().local()),
       rest_(3, particles_.layout().local()),
-      thickness_(particles_.layout().local()),
-      stiffness_(thickness_.size()),
-      active_(parts.size()) {
+      part_(particles_.layout().local()) {
   for (std::size_t p = 0; p < parts.size(); ++p) {
-    set_stiffness(p, parts[p].stiffness);
     const Surface& part = *parts[p].surface;
-    const double thickness = parts[p].thickness_or_usual();
-    largest_thickness_ = std::max(largest_thickness_, thickness);
+    parts_[p].thickness = parts[p].thickness_or_usual();
+    largest_thickness_ = std::max(largest_thickness_, *parts_[p].thickness);
     for (PetscInt i = 0; i < part.particles.local(); ++i) {
       rest_.col(particles_.local(p, i)) = part.rest.col(i);
-      thickness_[particles_.local(p, i)] = thickness;
+      part_[particles_.local(p, i)] = p;
     }
     for (PetscInt e = 0; e < part.elements.local(); ++e) {
       const std::size_t number = e;
       Element& element = local_elements_[elements_.local(p, e)];
-      element.part = p;
-      element.first_triangle = number * static_cast<std::size_t>(part.triangles_per_element);
       for (PetscInt k = 0; k < part.sides_per_element(); ++k) {
         element.corners[k] = particles_.local(p, part.corner(number, k));
       }
@@ -61,6 +56,14 @@ ContactSurface::ContactSurface(const std::vector<Part>& parts)
       };
       element.area = (part.has_quads() ? side(0, 2).cross(side(1, 3)) : side(0, 1).cross(side(0, 2))).norm() / 2;
     }
+    set_active(p, std::vector<bool>(part.triangles.size(), true));
+  }
+}
+
+void ContactSurface::set_active(std::size_t part, const std::vector<bool>& triangles) {
+  const std::size_t each = parts_[part].surface->triangles_per_element;
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    local_elements_[elements_.local(part, static_cast<PetscInt>(t / each))].lives[t % each] = triangles[t];
   }
 }
 
@@ -74,12 +77,6 @@ double mean_side(const Surface& surface) {
   }
   sums = sum_over_ranks(surface.comm(), sums);
   return sums[0] / std::max(1.0, sums[1]);
-}
-
-void ContactSurface::set_stiffness(std::size_t part, double stiffness) {
-  for (PetscInt i = 0; i < parts_[part].surface->particles.local(); ++i) {
-    stiffness_[particles_.local(part, i)] = stiffness;
-  }
 }
 
 double usual_contact_stiffness(const Surface& surface, double tension, double areal_mass, double h) {

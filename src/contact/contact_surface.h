@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <array>
 #include <optional>
-#include <utility>
 #include <vector>
 
 #include "parallel/joined_layout.h"
@@ -28,11 +27,9 @@ class ContactSurface {
   struct Element {
     std::array<PetscInt, 4> corners{-1, -1, -1, -1};  ///< particles; a triangle's fourth is -1
     PetscInt lattice = -1;                            ///< particle at a quad's centre, owned with the quad; -1: none
-    std::size_t part = 0;
-    std::size_t first_triangle = 0;  ///< among the part's surface triangles
-    double area = 0;                 ///< undeformed [m^2]
+    std::array<bool, 4> lives{};                      ///< of its surface triangles: whether they are active
+    double area = 0;                                  ///< undeformed [m^2]
     bool is_quad() const { return corners[3] >= 0; }
-    std::size_t triangles() const { return is_quad() ? 4 : 1; }
   };
 
   /// Collective. @param parts at least one, of the same communicator; must outlive it
@@ -47,31 +44,25 @@ class ContactSurface {
   /// Undeformed places of the local particles [m].
   const Eigen::Matrix3Xd& rest() const { return rest_; }
   /// Thickness of the contact with itself of the part that a local particle is in [m].
-  double thickness(PetscInt particle) const { return thickness_[particle]; }
+  double thickness(PetscInt particle) const { return *parts_[part_[particle]].thickness; }
   /// Stiffness of that contact [Pa/m].
-  double stiffness(PetscInt particle) const { return stiffness_[particle]; }
+  double stiffness(PetscInt particle) const { return parts_[part_[particle]].stiffness; }
   /// The largest thickness of all parts [m].
   double largest_thickness() const { return largest_thickness_; }
 
   /// Sets the stiffness of a part's contact with itself [Pa/m].
-  void set_stiffness(std::size_t part, double stiffness);
+  void set_stiffness(std::size_t part, double stiffness) { parts_[part].stiffness = stiffness; }
   /// Sets which surface triangles of a part are active; all at first.
-  void set_active(std::size_t part, std::vector<bool> triangles) { active_[part] = std::move(triangles); }
-  bool lives(const Element& element, std::size_t triangle) const {
-    const std::vector<bool>& active = active_[element.part];
-    return active.empty() || active[element.first_triangle + triangle];
-  }
+  void set_active(std::size_t part, const std::vector<bool>& triangles);
 
  private:
-  std::vector<Part> parts_;
+  std::vector<Part> parts_;  ///< with their thickness
   JoinedLayout particles_;
   JoinedLayout elements_;
   std::vector<Element> local_elements_;
   Eigen::Matrix3Xd rest_;
-  std::vector<double> thickness_;  ///< at the local particles [m]
-  std::vector<double> stiffness_;  ///< at the local particles [Pa/m]
+  std::vector<std::size_t> part_;  ///< of each local particle
   double largest_thickness_ = 0;
-  std::vector<std::vector<bool>> active_;  ///< of each part; empty: all
 };
 
 /// Mean undeformed side of a surface's elements [m]. Collective.

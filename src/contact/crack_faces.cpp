@@ -17,8 +17,7 @@ namespace {
 /// An active triangle round a crack face, by the ways from the crack face to its other corners.
 struct FanTriangle {
   PetscInt id;  ///< of the crack face
-  std::array<double, 3> first;
-  std::array<double, 3> second;
+  std::array<Eigen::Vector3d, 2> others;
   bool is_held;
 };
 
@@ -116,18 +115,16 @@ void move_lips(const CrackedSurface& cracked) {
       if (triangle[k] >= surface.particles.owned || number.count(surface.persistent_id[particle]) == 0) {
         continue;
       }
-      const std::array<Eigen::Vector3d, 3> at = DrawnPlaces(surface, position.data(), t / each)(triangle);
-      FanTriangle& of_fan = own.emplace_back();
-      of_fan.id = surface.persistent_id[particle];
-      Eigen::Map<Eigen::Vector3d>(of_fan.first.data()) = at[(k + 1) % 3] - at[k];
-      Eigen::Map<Eigen::Vector3d>(of_fan.second.data()) = at[(k + 2) % 3] - at[k];
-      of_fan.is_held = cracked.constrained[particle];
+      const Triangle at = DrawnPlaces(surface, position.data(), t / each)(triangle);
+      own.push_back({surface.persistent_id[particle],
+                     {at[(k + 1) % 3] - at[k], at[(k + 2) % 3] - at[k]},
+                     cracked.constrained[particle]});
     }
   }
   std::vector<Fan> fans(crack_faces.size());
   for (const FanTriangle& triangle : of_all_ranks(surface.comm(), own)) {
     Fan& fan = fans[number.at(triangle.id)];
-    fan.triangles.push_back({Eigen::Vector3d(triangle.first.data()), Eigen::Vector3d(triangle.second.data())});
+    fan.triangles.push_back(triangle.others);
     fan.is_held = triangle.is_held;
   }
   const double length = lip_share * cracked.part.thickness_or_usual();

@@ -4,13 +4,12 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cstdint>
 #include <functional>
 #include <map>
 #include <tuple>
 #include <utility>
 
-#include "geometry/box_tree.h"
+#include "base/error.h"
 #include "geometry/nearest_points.h"
 #include "meshing/self_intersection.h"
 #include "parallel/collective.h"
@@ -22,10 +21,10 @@ inline namespace contact {
 namespace {
 
 struct Drawn {
-  std::int32_t surface;
-  std::array<std::int64_t, 3> points;  ///< persistent
-  std::array<double, 9> places;        ///< [m]
-  std::int64_t element;                ///< number in the file
+  int surface;
+  std::array<PetscInt, 3> points;  ///< persistent
+  Triangle places;                 ///< [m]
+  PetscInt element;                ///< number in the file
 };
 
 /// The triangles of all ranks, in an order that does not depend on the ranks. Collective.
@@ -33,22 +32,18 @@ std::vector<Drawn> all_triangles(const std::vector<PlacedSurface>& surfaces) {
   std::vector<Drawn> own;
   for (std::size_t s = 0; s < surfaces.size(); ++s) {
     const auto& [surface, position, active] = surfaces[s];
+    const std::vector<PetscInt>& id = surface.persistent_id;
     const std::size_t each = surface.triangles_per_element;
     for (PetscInt e = 0; e < surface.elements.owned; ++e) {
       const DrawnPlaces places_of(surface, position.data(), e);
       for (std::size_t t = each * e; t < each * (e + 1); ++t) {
-        if (active != nullptr && !(*active)[t]) {
-          continue;
+        if (active == nullptr || (*active)[t]) {
+          const std::array<PetscInt, 3>& corners = surface.triangles[t];
+          own.push_back({static_cast<int>(s),
+                         {id[corners[0]], id[corners[1]], id[corners[2]]},
+                         places_of(corners),
+                         surface.element_id[e]});
         }
-        Drawn drawn{};
-        drawn.surface = static_cast<std::int32_t>(s);
-        drawn.element = surface.element_id[e];
-        const std::array<Eigen::Vector3d, 3> places = places_of(surface.triangles[t]);
-        for (std::size_t k = 0; k < 3; ++k) {
-          drawn.points[k] = surface.persistent_id[surface.triangles[t][k]];
-          std::copy_n(places[k].data(), 3, drawn.places.begin() + static_cast<std::ptrdiff_t>(3 * k));
-        }
-        own.push_back(drawn);
       }
     }
   }
@@ -64,14 +59,14 @@ using NumberPair = std::array<int, 2>;
 /// Triangles on points.
 struct Heap {
   explicit Heap(const std::vector<Drawn>& all) {
-    std::map<std::pair<std::int32_t, std::int64_t>, int> numbers;
+    std::map<std::pair<int, PetscInt>, int> numbers;
     for (const Drawn& drawn : all) {
       std::array<int, 3>& triangle = triangles.emplace_back();
       for (std::size_t k = 0; k < 3; ++k) {
         const auto [number, is_new] =
             numbers.emplace(std::pair(drawn.surface, drawn.points[k]), static_cast<int>(points.size()));
         if (is_new) {
-          points.emplace_back(drawn.places.data() + 3 * k);
+          points.push_back(drawn.places[k]);
         }
         triangle[k] = number->second;
       }
@@ -89,13 +84,8 @@ struct Heap {
   /// The pairs of triangles for which a test holds, ascending. @param reach by which their boxes may be apart [m]
   std::vector<NumberPair> pairs(double reach, const std::function<bool(int, int)>& test) const {
     std::vector<Bounds> boxes;
-    for (std::size_t t = 0; t < triangles.size(); ++t) {
-      Eigen::AlignedBox3d box;
-      for (const Eigen::Vector3d& corner : corners(static_cast<int>(t))) {
-        box.extend(Eigen::Vector3d(corner.array() - reach / 2));
-        box.extend(Eigen::Vector3d(corner.array() + reach / 2));
-      }
-      boxes.emplace_back(box);
+    for (const auto& [a, b, c] : triangles) {
+      boxes.push_back(bounds_of({points[a], points[b], points[c]}, reach));
     }
     std::vector<NumberPair> found;
     BoxTree(boxes).visit_pairs([&](int one, int other) {
@@ -119,20 +109,16 @@ struct Heap {
 void note_first(Crossings& crossings, const std::vector<Drawn>& all, const NumberPair& pair) {
   const Drawn& first = all[pair[0]];
   const Drawn& second = all[pair[1]];
-  crossings.elements = {static_cast<PetscInt>(first.element), static_cast<PetscInt>(second.element)};
+  crossings.elements = {first.element, second.element};
   crossings.surfaces = {first.surface, second.surface};
-  crossings.place = Eigen::Vector3d(first.places.data());
+  crossings.place = first.places[0];
 }
 
 /// @param find counts the crossings, on rank 0
 template <class Find>
 Crossings found_on_root(MPI_Comm comm, const Find& find) {
   Crossings crossings;
-  int rank = 0;
-  MPI_Comm_rank(comm, &rank);
-  if (rank == 0) {
-    find(crossings);
-  }
+  on_root(comm, [&] { find(crossings); });
   MPI_Bcast(&crossings, sizeof crossings, MPI_BYTE, 0, comm);
   return crossings;
 }
@@ -173,6 +159,14 @@ bool triangles_touch(const Triangle& a, const Triangle& b, double touch) {
     }
   }
   return in_one_place == 6;
+}
+
+Bounds bounds_of(const Triangle& triangle, double reach) {
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& corner : triangle) {
+    box.extend(corner);
+  }
+  return Bounds({box.min().array() - reach / 2, box.max().array() + reach / 2});
 }
 
 Crossings find_crossings(const std::vector<PlacedSurface>& surfaces, double touch) {

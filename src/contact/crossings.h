@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "geometry/box_tree.h"
 #include "geometry/triangle_intersection.h"
 #include "parallel/field.h"
 #include "surface/surface.h"
@@ -38,6 +39,9 @@ Crossings find_crossings(const std::vector<PlacedSurface>& surfaces, double touc
 
 /// Whether two triangles touch as find_crossings defines it.
 bool triangles_touch(const Triangle& first, const Triangle& second, double touch);
+
+/// Box round a triangle, which is wider by half of a reach [m].
+Bounds bounds_of(const Triangle& triangle, double reach);
 
 /// Counts the pairs of triangles that cut through each other now and not before. Collective.
 /// @param before the same triangles at other places

@@ -1,9 +1,7 @@
 #include "contact/surface_contact.h"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
-#include <limits>
+#include <iterator>
 
 #include "parallel/collective.h"
 
@@ -23,14 +21,14 @@ SurfaceContact::SurfaceContact(const std::vector<ContactSurface::Part>& parts, c
     : surface_(parts),
       options_(options),
       is_free_(is_free),
-      thickness_(surface_.largest_thickness()),
       mesh_(surface_),
       constrained_(surface_.particles().local()),
       start_(surface_.particles(), 3),
       origin_(surface_.particles(), 3),
       low_(surface_.particles(), 3),
       high_(surface_.particles(), 3),
-      trial_(surface_.particles(), 3) {}
+      trial_(surface_.particles(), 3),
+      load_(surface_.particles().owned) {}
 
 void SurfaceContact::set_surface(const std::vector<bool>& constrained, const std::vector<bool>* active,
                                  std::size_t part) {
@@ -53,8 +51,7 @@ void SurfaceContact::Stencil::add(PetscInt particle, double weight) {
 }
 
 std::size_t SurfaceContact::Stencil::find(PetscInt particle) const {
-  const auto end = particles.begin() + static_cast<std::ptrdiff_t>(count);
-  return static_cast<std::size_t>(std::find(particles.begin(), end, particle) - particles.begin());
+  return std::find(particles.begin(), particles.begin() + count, particle) - particles.begin();
 }
 
 SurfaceContact::Stencil SurfaceContact::stencil(const ContactPair& pair, const std::array<double, 4>& weights) const {
@@ -72,25 +69,14 @@ SurfaceContact::Stencil SurfaceContact::stencil(const ContactPair& pair, const s
 
 /// Whether this rank adds a pair to sums over all ranks: it owns the particle of the pair with the lowest number.
 bool SurfaceContact::counts(const ContactPair& pair) const {
-  PetscInt lowest = -1;
-  PetscInt number = std::numeric_limits<PetscInt>::max();
+  const Layout& reach = mesh_.reach();
+  PetscInt lowest = reach.global;
   for (const PetscInt point : pair.points) {
     for (const PetscInt i : mesh_.particles(point)) {
-      if (const PetscInt global = mesh_.reach().to_global(i); global < number) {
-        number = global;
-        lowest = i;
-      }
+      lowest = std::min(lowest, reach.to_global(i));
     }
   }
-  return lowest < mesh_.reach().owned;
-}
-
-/// Mean displacement of the owned particles of all ranks. Collective.
-Eigen::Vector3d SurfaceContact::mean_step(const Field& start, const Field& x) const {
-  const PetscInt owned = surface_.particles().owned;
-  Eigen::Vector3d sum = (x.values() - start.values()).leftCols(owned).rowwise().sum();
-  sum_over_ranks(surface_.comm(), sum);
-  return sum / static_cast<double>(surface_.particles().global);
+  return lowest >= reach.first && lowest < reach.first + reach.owned;
 }
 
 void SurfaceContact::prepare(const Field& start, const Field& x, double h, Field& begin) {
@@ -102,14 +88,16 @@ void SurfaceContact::prepare(const Field& start, const Field& x, double h, Field
   near_.clear();
   start_.values() = start.values();
   begin.values() = start.values();
-  if (is_free_) {
-    begin.values().colwise() += mean_step(start, x);
+  if (is_free_) {  // by the mean displacement
+    Eigen::Vector3d sum = (x.values() - start.values()).leftCols(surface_.particles().owned).rowwise().sum();
+    sum_over_ranks(surface_.comm(), sum);
+    sum /= static_cast<double>(surface_.particles().global);
+    begin.values().colwise() += sum;
   }
   rubbing_.clear();
   places_of_rubbing_.clear();
   search(begin, x);
   note_rubbing(begin);
-  find_rubbing_stencils();
 }
 
 void SurfaceContact::start_from(const Field& start, Field& x, double h) {
@@ -154,12 +142,14 @@ void SurfaceContact::search(const Field& x, const Field& to) {
   origin_.values() = x.values();
   std::vector<PetscInt> further;
   for (const Rubbing& rubbing : rubbing_) {
-    const auto first = rubbing.stencil.particles.begin();
-    further.insert(further.end(), first, first + static_cast<std::ptrdiff_t>(rubbing.stencil.count));
+    std::copy_n(rubbing.global.particles.begin(), rubbing.global.count, std::back_inserter(further));
   }
   if (!mesh_.gather({x, low_, high_, is_new}, start_, further)) {
     near_.clear();
-    find_rubbing_stencils();  // in the new reach
+    for (Rubbing& rubbing : rubbing_) {
+      std::transform(rubbing.global.particles.begin(), rubbing.global.particles.begin() + rubbing.global.count,
+                     rubbing.stencil.particles.begin(), [this](PetscInt global) { return mesh_.find(global); });
+    }
   }
   mesh_.write_points(x, places_);
   any_touched_ = renew_contact_pairs(mesh_, places_, near_) || any_touched_;
@@ -177,30 +167,15 @@ void SurfaceContact::search(const Field& x, const Field& to) {
   curved_.clear();  // They were in another reach.
 }
 
-/// Measures the known pairs at x, which renews the clearance between their features. Collective.
-void SurfaceContact::measure_again(const Field& x) {
-  room_used_ = std::max(room_used_, room_used(x));
-  for (ContactPair& pair : near_) {
-    pair.measure(places_);
-  }
-  reference_ = places_;
-  any_held_ = false;
-}
-
 /// Whether a particle of this rank would be at a place for which pairs are not known.
 bool SurfaceContact::leaves_room(const Field& x) const {
   for (PetscInt i = 0; i < surface_.particles().owned; ++i) {
-    if (mesh_.has(i) && leaves_range(i, x)) {
+    const Eigen::Array3d moved = x.vector(i) - origin_.vector(i);
+    if (mesh_.has(i) && ((moved < low_.vector(i).array()).any() || (moved > high_.vector(i).array()).any())) {
       return true;
     }
   }
   return false;
-}
-
-/// Whether a local particle would leave the range for which pairs are known.
-bool SurfaceContact::leaves_range(PetscInt i, const Field& x) const {
-  const Eigen::Array3d moved = x.vector(i) - origin_.vector(i);
-  return (moved < low_.vector(i).array()).any() || (moved > high_.vector(i).array()).any();
 }
 
 /// The pairs that press when the particles are at x. Sets `places_`. Collective.
@@ -234,24 +209,27 @@ void SurfaceContact::note_rubbing(const Field& x) {
     if (contact.gap == 0) {
       continue;
     }
-    Rubbing rubbing;
-    rubbing.stencil = contact.stencil;
-    for (std::size_t k = 0; k < rubbing.stencil.count; ++k) {
-      rubbing.stencil.particles[k] = mesh_.reach().to_global(rubbing.stencil.particles[k]);
+    Stencil global = contact.stencil;
+    for (std::size_t k = 0; k < global.count; ++k) {
+      global.particles[k] = mesh_.reach().to_global(global.particles[k]);
     }
     add_places(contact.stencil, places_of_rubbing_);
-    rubbing.normal = contact.normal;
-    rubbing.start = contact.gap * contact.normal;
-    rubbing.force = -options_.friction * contact.pair->barrier.slope(contact.gap);
-    rubbing.counts = counts(*contact.pair);
-    rubbing_.push_back(rubbing);
+    rubbing_.push_back({contact.stencil, global, contact.normal, contact.gap * contact.normal,
+                        -options_.friction * contact.pair->barrier.slope(contact.gap), counts(*contact.pair)});
   }
 }
 
 bool SurfaceContact::anything_touched() const { return on_any_rank(surface_.comm(), any_touched_); }
 
 void SurfaceContact::update_pattern(const Field& x) {
-  find_curved(x);
+  curved_ = pressing(x);
+  places_of_curved_.clear();
+  for (const Contact& contact : curved_) {
+    add_places(contact.stencil, places_of_curved_);
+  }
+  for (Rubbing& rubbing : rubbing_) {
+    rubbing.tangent.move_to(slip_, slip_of(rubbing));
+  }
   if (on_any_rank(surface_.comm(), pattern_.size() > told_)) {
     told_ = pattern_.size();
     ++version_;
@@ -265,7 +243,12 @@ bool SurfaceContact::limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matr
   if (on_any_rank(surface_.comm(), leaves_room(trial_))) {
     search(x, trial_);
   } else if (any_held_) {
-    measure_again(x);
+    room_used_ = std::max(room_used_, room_used(x));
+    for (ContactPair& pair : near_) {  // Measured again they have all of their clearance.
+      pair.measure(places_);
+    }
+    reference_ = places_;
+    any_held_ = false;
   }
   Eigen::Matrix3Xd from;
   Eigen::Matrix3Xd to;
@@ -282,49 +265,38 @@ bool SurfaceContact::limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matr
       displacement += particles.weight() * (to.col(i) - from.col(i)).norm();
     }
   }
-  const auto furthest_of = [&furthest](PetscInt point) { return furthest[point]; };
   std::vector<double> shares(owned, 1);
   double fraction = 1;
   for (const ContactPair& pair : near_) {
     const double whole_room = std::min(room_share * pair.distance, pair.distance - least_gap * pair.barrier.thickness);
-    const double middle = furthest_of(pair.points[1]);
-    const double last = std::max(furthest_of(pair.points[2]), furthest_of(pair.points[3]));
-    if (furthest_of(pair.points[0]) + middle + last <= whole_room) {
+    const auto [a, b, c, d] = pair.points;
+    if (furthest[a] + furthest[b] + std::max(furthest[c], furthest[d]) <= whole_room) {
       continue;  // whichever of them are on the same side
     }
-    std::array<double, 4> levels{};  // of the points: how much nearer they come to the other feature
-    std::array<double, 4> wanted{};
-    std::array<double, 2> level{};  // of the features
-    std::array<double, 2> wants{};
-    level.fill(-std::numeric_limits<double>::infinity());
-    wants = level;
-    for (std::size_t k = 0; k < 4; ++k) {
-      const bool is_second = k >= static_cast<std::size_t>(pair.first_feature());
-      const Eigen::Vector3d along = is_second ? pair.normal : Eigen::Vector3d(-pair.normal);
-      levels[k] = along.dot(from.col(pair.points[k]));
+    const Eigen::Array4d levels = pair.inwards(from);  // of the points: how much nearer they come to the other feature
+    Eigen::Array4d wanted = Eigen::Array4d::Zero();
+    for (int k = 0; k < 4; ++k) {
       const ContactMesh::Particles particles = mesh_.particles(pair.points[k]);
       for (const PetscInt i : particles) {  // Any of them may be constrained back by others.
-        wanted[k] += particles.weight() * std::max(along.dot(to.col(i) - from.col(i)), 0.0);
+        wanted[k] += particles.weight() * std::max(pair.inwards(k).dot(to.col(i) - from.col(i)), 0.0);
       }
-      level[is_second] = std::max(level[is_second], levels[k]);
-      wants[is_second] = std::max(wants[is_second], levels[k] + wanted[k]);
     }
-    wants = {wants[0] - level[0], wants[1] - level[1]};
+    const Eigen::Array2d level = pair.largest(levels);  // of the features
+    const Eigen::Array2d wants = pair.largest(levels + wanted) - level;
     const double clearance = std::max(whole_room - level[0] - level[1], 0.0);
     if (wants[0] + wants[1] <= clearance) {
       continue;
     }
     fraction = std::min(fraction, clearance / (wants[0] + wants[1]));
-    for (std::size_t k = 0; k < 4; ++k) {
-      const bool is_second = k >= static_cast<std::size_t>(pair.first_feature());
+    for (int k = 0; k < 4; ++k) {
+      const bool is_second = pair.is_second(k);
       const double most = level[is_second] + std::max(clearance / 2, clearance - wants[!is_second]);
       if (levels[k] + wanted[k] <= most) {
         continue;
       }
       const double of_point = (most - levels[k]) / wanted[k];
-      const Eigen::Vector3d along = is_second ? pair.normal : Eigen::Vector3d(-pair.normal);
       for (const PetscInt i : mesh_.particles(pair.points[k])) {
-        if (i < owned && along.dot(to.col(i) - from.col(i)) > 0) {
+        if (i < owned && pair.inwards(k).dot(to.col(i) - from.col(i)) > 0) {
           double& least = shares[i];
           least = std::min(least, of_point);
         }
@@ -374,9 +346,9 @@ double SurfaceContact::value(const Field& x) const {
 /// Energy of friction on this rank, with the particles at `places_` [J].
 double SurfaceContact::friction_energy() const {
   double sum = 0;
-  for (std::size_t r = 0; r < rubbing_.size(); ++r) {
-    if (rubbing_[r].counts) {
-      sum += rubbing_[r].force * slip_.value(slip_of(r).norm());
+  for (const Rubbing& rubbing : rubbing_) {
+    if (rubbing.counts) {
+      sum += rubbing.force * slip_.value(slip_of(rubbing).norm());
     }
   }
   return sum;
@@ -389,11 +361,6 @@ void SurfaceContact::Stencil::spread(const Eigen::Vector3d& force, Eigen::Matrix
       sum.col(particles[k]) += weights[k] * force;
     }
   }
-}
-
-void SurfaceContact::add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const {
-  add_pressing(x, gradient);
-  add_friction(gradient);
 }
 
 double SurfaceContact::add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const {
@@ -415,9 +382,9 @@ double SurfaceContact::add_pressing(const Field& x, Eigen::Matrix3Xd& gradient) 
 
 /// Adds the derivative of the energy of friction, with the particles at `places_`.
 void SurfaceContact::add_friction(Eigen::Matrix3Xd& gradient) const {
-  for (std::size_t r = 0; r < rubbing_.size(); ++r) {
-    const Eigen::Vector3d slip = slip_of(r);
-    rubbing_stencils_[r].spread(rubbing_[r].force * slip_.slope_over(slip.norm()) * slip, gradient);
+  for (const Rubbing& rubbing : rubbing_) {
+    const Eigen::Vector3d slip = slip_of(rubbing);
+    rubbing.stencil.spread(rubbing.force * slip_.slope_over(slip.norm()) * slip, gradient);
   }
 }
 
@@ -443,73 +410,39 @@ std::vector<ContactWork> SurfaceContact::work(const Field& x) const {
 /// The largest fraction of its clearance that a pair has used, on this rank. Sets `places_`. Collective.
 double SurfaceContact::room_used(const Field& x) const {
   mesh_.write_points(x, places_);
+  const Eigen::Matrix3Xd moved = places_ - reference_;
   double largest = 0;
   for (const ContactPair& pair : near_) {
-    std::array<double, 2> level;  // how much nearer each feature has come to the other
-    level.fill(-std::numeric_limits<double>::infinity());
-    for (std::size_t k = 0; k < 4; ++k) {
-      const bool is_second = k >= static_cast<std::size_t>(pair.first_feature());
-      const double along = pair.normal.dot(places_.col(pair.points[k]) - reference_.col(pair.points[k]));
-      level[is_second] = std::max(level[is_second], is_second ? along : -along);
-    }
-    largest = std::max(largest, (level[0] + level[1]) / (room_share * pair.distance));
+    largest = std::max(largest, pair.largest(pair.inwards(moved)).sum() / (room_share * pair.distance));
   }
   return largest;
 }
 
 /// Slip of a contact with friction since the step's start, with the particles at `places_` [m].
-Eigen::Vector3d SurfaceContact::slip_of(std::size_t number) const {
-  const Stencil& stencil = rubbing_stencils_[number];
-  const Rubbing& rubbing = rubbing_[number];
+Eigen::Vector3d SurfaceContact::slip_of(const Rubbing& rubbing) const {
+  const Stencil& stencil = rubbing.stencil;
   Eigen::Vector3d moved = -rubbing.start;
   for (std::size_t k = 0; k < stencil.count; ++k) {
     moved += stencil.weights[k] * places_.col(stencil.particles[k]);
   }
-  return moved - rubbing.normal * rubbing.normal.dot(moved);
-}
-
-void SurfaceContact::find_rubbing_stencils() {
-  rubbing_stencils_.clear();
-  for (const Rubbing& rubbing : rubbing_) {
-    Stencil& stencil = rubbing_stencils_.emplace_back(rubbing.stencil);
-    for (std::size_t k = 0; k < stencil.count; ++k) {
-      stencil.particles[k] = mesh_.find(stencil.particles[k]);
-    }
-  }
-}
-
-/// Collective.
-void SurfaceContact::find_curved(const Field& x) {
-  curved_ = pressing(x);
-  places_of_curved_.clear();
-  for (const Contact& contact : curved_) {
-    add_places(contact.stencil, places_of_curved_);
-  }
-  for (std::size_t r = 0; r < rubbing_.size(); ++r) {
-    rubbing_[r].tangent.move_to(slip_, slip_of(r));
-  }
-}
-
-/// Number in the pattern of a pair of particles in reach, which is added with its opposite if it is missing.
-std::size_t SurfaceContact::number_of(PetscInt row, PetscInt column) {
-  const PetscInt first = mesh_.reach().to_global(row);
-  const PetscInt second = mesh_.reach().to_global(column);
-  const bool is_first = first <= second;
-  const auto key = static_cast<std::uint64_t>(std::min(first, second)) * mesh_.reach().global + std::max(first, second);
-  const auto [known, is_missing] = number_.emplace(key, pattern_.size());
-  if (is_missing) {
-    pattern_.push_back({is_first ? row : column, std::max(first, second)});
-    pattern_.push_back({is_first ? column : row, std::min(first, second)});
-  }
-  return is_first ? known->second : known->second + 1;
+  return along_surface(moved, rubbing.normal);
 }
 
 /// Adds the numbers in the pattern of every two particles of a stencil: of the first with itself, of the second with
-/// the first, with itself, and so on.
+/// the first, with itself, and so on. Pairs that are missing are added to the pattern with their opposites.
 void SurfaceContact::add_places(const Stencil& stencil, std::vector<std::size_t>& places) {
+  const auto global = [&](std::size_t k) { return mesh_.reach().to_global(stencil.particles[k]); };
   for (std::size_t k = 0; k < stencil.count; ++k) {
     for (std::size_t l = 0; l <= k; ++l) {
-      places.push_back(number_of(stencil.particles[k], stencil.particles[l]));
+      const bool is_first = global(k) <= global(l);
+      const auto [first, second] = is_first ? std::pair(k, l) : std::pair(l, k);
+      const auto key = static_cast<std::uint64_t>(global(first)) * mesh_.reach().global + global(second);
+      const auto [known, is_missing] = number_.emplace(key, pattern_.size());
+      if (is_missing) {
+        pattern_.push_back({stencil.particles[first], global(second)});
+        pattern_.push_back({stencil.particles[second], global(first)});
+      }
+      places.push_back(is_first ? known->second : known->second + 1);
     }
   }
 }
@@ -542,10 +475,9 @@ void SurfaceContact::add_hessian(const HessianBlocks& blocks) const {
     }
   };
   const std::size_t* of_rubbing = places_of_rubbing_.data();
-  for (std::size_t r = 0; r < rubbing_.size(); ++r) {
-    const Stencil& stencil = rubbing_stencils_[r];
-    spread(stencil, rubbing_[r].force * rubbing_[r].tangent.hessian(slip_, rubbing_[r].normal));
-    of_rubbing = add(stencil, of_rubbing);
+  for (const Rubbing& rubbing : rubbing_) {
+    spread(rubbing.stencil, rubbing.force * rubbing.tangent.hessian(slip_, rubbing.normal));
+    of_rubbing = add(rubbing.stencil, of_rubbing);
   }
   const std::size_t* of_curved = places_of_curved_.data();
   for (const Contact& contact : curved_) {
@@ -601,9 +533,6 @@ void SurfaceContact::note_load() {
 }
 
 std::vector<double> SurfaceContact::load(std::size_t part) const {
-  if (load_.empty()) {
-    return std::vector<double>(joined().owned(part), 0);
-  }
   const auto first = load_.begin() + joined().first_owned(part);
   return {first, first + joined().owned(part)};
 }
@@ -653,18 +582,17 @@ void SurfaceContact::correct(Field& before, Field& x, const std::vector<double>&
 }
 
 ContactFigures SurfaceContact::figures(const Field& x) const {
-  ContactFigures figures;
-  double smallest = thickness_;
+  ContactFigures figures{0, thickness()};
   for (const Contact& contact : pressing(x)) {
     if (counts(*contact.pair)) {
       ++figures.contacts;
-      smallest = std::min(smallest, contact.gap);
+      figures.smallest_gap = std::min(figures.smallest_gap, contact.gap);
       figures.energy += contact.pair->barrier.value(contact.gap);
     }
   }
   figures.energy = sum_over_ranks(surface_.comm(), figures.energy);
   figures.contacts = sum_over_ranks(surface_.comm(), figures.contacts);
-  figures.smallest_gap = min_over_ranks(surface_.comm(), smallest);
+  figures.smallest_gap = min_over_ranks(surface_.comm(), figures.smallest_gap);
   figures.searches = searches_;
   figures.room_used = std::min(std::max(room_used_, room_used(x)), 1.0);
   figures.room_used = max_over_ranks(surface_.comm(), figures.room_used);

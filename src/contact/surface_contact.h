@@ -6,10 +6,10 @@
 #include <unordered_map>
 #include <vector>
 
+#include "contact/contact_laws.h"
 #include "contact/contact_options.h"
 #include "contact/contact_pairs.h"
 #include "contact/contact_surface.h"
-#include "contact/slip.h"
 #include "energies/potential.h"
 
 namespace pellicle {
@@ -67,7 +67,7 @@ class SurfaceContact : public Potential {
   bool limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matrix3Xd> step) override;
 
   double value(const Field& x) const override;
-  void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
+  void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override { add_value_and_gradient(x, gradient); }
   double add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
   std::vector<VertexPair> pattern() const override { return pattern_; }
   PetscInt pattern_version() const override { return version_; }
@@ -101,7 +101,7 @@ class SurfaceContact : public Potential {
   /// Share of the thickness that is the least gap of a pair at a step's start: nearer features count as touching.
   static constexpr double least_gap = 1e-6;
   /// Gap at which two surfaces begin to press [m].
-  double thickness() const { return thickness_; }
+  double thickness() const { return surface_.largest_thickness(); }
 
  private:
   /// Particles and weights whose sum is the vector between two features.
@@ -122,7 +122,8 @@ class SurfaceContact : public Potential {
   };
   /// A contact with friction in a step.
   struct Rubbing {
-    Stencil stencil;  ///< with global numbers
+    Stencil stencil;  ///< in the present reach
+    Stencil global;   ///< the same with global numbers
     Eigen::Vector3d normal;
     Eigen::Vector3d start;  ///< the weighted sum at the step's start [m]
     double force = 0;       ///< largest force of friction [N]
@@ -130,40 +131,32 @@ class SurfaceContact : public Potential {
     SlipTangent tangent{};
   };
 
-  Eigen::Vector3d mean_step(const Field& start, const Field& x) const;
   void search(const Field& x, const Field& to);
   void note_load();
-  void measure_again(const Field& x);
   bool leaves_room(const Field& x) const;
-  bool leaves_range(PetscInt i, const Field& x) const;
   double room_used(const Field& x) const;
   void shorten(const std::vector<double>& shares, Eigen::Ref<Eigen::Matrix3Xd> step);
   double add_pressing(const Field& x, Eigen::Matrix3Xd& gradient) const;
   void add_friction(Eigen::Matrix3Xd& gradient) const;
   const std::vector<Contact>& pressing(const Field& x) const;
   void note_rubbing(const Field& x);
-  void find_rubbing_stencils();
-  void find_curved(const Field& x);
   double friction_energy() const;
-  std::size_t number_of(PetscInt row, PetscInt column);
   void add_places(const Stencil& stencil, std::vector<std::size_t>& places);
   Stencil stencil(const ContactPair& pair, const std::array<double, 4>& weights) const;
   /// Lower triangle of a symmetric matrix of 3 x 3 blocks between the particles of a stencil.
   using LowerBlocks = std::array<Eigen::Matrix3d, 16 * 17 / 2>;
   void add_curvature(const Contact& contact, LowerBlocks& lower) const;
   bool counts(const ContactPair& pair) const;
-  Eigen::Vector3d slip_of(std::size_t number) const;
+  Eigen::Vector3d slip_of(const Rubbing& rubbing) const;
 
   ContactSurface surface_;
   ContactOptions options_;
   bool is_free_;
-  double thickness_ = 0;  ///< the largest of all parts [m]
   ContactMesh mesh_;
   std::vector<bool> constrained_;    ///< of the local particles
   Field start_;                      ///< of the step
   mutable Eigen::Matrix3Xd places_;  ///< places of the mesh's points, as last computed
   std::vector<Rubbing> rubbing_;
-  std::vector<Stencil> rubbing_stencils_;  ///< of `rubbing_`, in the present reach
 
   // Data of the last search for pairs.
   Field origin_;      ///< places of the particles

@@ -33,61 +33,15 @@ struct Edge {
   std::array<int, 2> thirds{-1, -1};
 };
 
-/// @param of_triangles set to the edges that each triangle represents, so that each edge comes once; -1: none
-std::vector<Edge> edges_of(const std::vector<std::array<int, 3>>& triangles,
-                           std::vector<std::array<int, 3>>& of_triangles) {
-  std::map<std::array<int, 2>, int> numbers;
-  std::vector<Edge> edges;
-  of_triangles.assign(triangles.size(), {-1, -1, -1});
-  for (std::size_t t = 0; t < triangles.size(); ++t) {
-    const std::array<int, 3>& triangle = triangles[t];
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto [least, largest] = std::minmax(triangle[k], triangle[(k + 1) % 3]);
-      const auto [found, is_new] = numbers.try_emplace({least, largest}, static_cast<int>(edges.size()));
-      if (is_new) {
-        edges.push_back({{least, largest}, {triangle[(k + 2) % 3], -1}});
-        of_triangles[t][k] = found->second;
-      } else {
-        edges[found->second].thirds[1] = triangle[(k + 2) % 3];
-      }
-    }
-  }
-  return edges;
-}
+/// Moves of the particles: their sums, and how many.
+using Moves = std::vector<Eigen::Vector4d>;
 
-/// Edges and the triangles that they cut through.
-std::vector<std::pair<int, int>> find_cuts(const std::vector<Edge>& edges,
-                                           const std::vector<std::array<int, 3>>& edges_of_triangles,
-                                           const std::vector<std::array<int, 3>>& triangles,
-                                           const std::vector<Eigen::Vector3d>& places) {
-  const auto at = [&places](int point) { return places[point]; };
-  std::vector<Bounds> boxes;
-  for (const std::array<int, 3>& triangle : triangles) {
-    Eigen::AlignedBox3d box;
-    for (const int point : triangle) {
-      box.extend(at(point));
-    }
-    boxes.emplace_back(box);
+/// Adds the move of a point to those of its particles.
+void add_move(const TangledMesh& mesh, int point, const Eigen::Vector3d& move, Moves& moves) {
+  for (const int particle : mesh.particles_of(point)) {
+    moves[particle].head<3>() += move;
+    moves[particle][3] += 1;
   }
-  std::vector<std::pair<int, int>> found;
-  const auto add = [&](int one, int other) {
-    const std::array<int, 3>& t = triangles[other];
-    for (const int e : edges_of_triangles[one]) {
-      if (e < 0) {
-        continue;
-      }
-      const std::array<int, 2>& ends = edges[e].ends;
-      if (std::find_first_of(t.begin(), t.end(), ends.begin(), ends.end()) == t.end() &&
-          segment_cuts_triangle(at(ends[0]), at(ends[1]), {at(t[0]), at(t[1]), at(t[2])})) {
-        found.emplace_back(e, other);
-      }
-    }
-  };
-  BoxTree(boxes).visit_pairs([&add](int a, int b) {
-    add(a, b);
-    add(b, a);
-  });
-  return found;
 }
 
 /// Direction in which an edge leaves a triangle with the normal N that it cuts through: sum of R - 2 (E.R)/(E.N) N over
@@ -119,7 +73,21 @@ Eigen::Vector3d way_out(const Edge& edge, const std::array<int, 3>& triangle,
 class Edges {
  public:
   explicit Edges(const TangledMesh& mesh)
-      : edges_(edges_of(mesh.triangles, of_triangles_)), neighbours_(mesh.particles.size()) {
+      : of_triangles_(mesh.triangles.size(), {-1, -1, -1}), neighbours_(mesh.particles.size()) {
+    std::map<std::array<int, 2>, int> numbers;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      const std::array<int, 3>& triangle = mesh.triangles[t];
+      for (std::size_t k = 0; k < 3; ++k) {
+        const auto [least, largest] = std::minmax(triangle[k], triangle[(k + 1) % 3]);
+        const auto [found, is_new] = numbers.try_emplace({least, largest}, static_cast<int>(edges_.size()));
+        if (is_new) {
+          edges_.push_back({{least, largest}, {triangle[(k + 2) % 3], -1}});
+          of_triangles_[t][k] = found->second;
+        } else {
+          edges_[found->second].thirds[1] = triangle[(k + 2) % 3];
+        }
+      }
+    }
     const std::vector<Eigen::Vector3d> places = mesh.points();
     for (const Edge& edge : edges_) {
       side_ += (places[edge.ends[1]] - places[edge.ends[0]]).norm() / static_cast<double>(edges_.size());
@@ -143,28 +111,22 @@ class Edges {
 
   /// Moves the particles until no edge cuts through a triangle. @returns the pairs that still do after all sweeps
   std::vector<std::pair<int, int>> shorten_cuts(TangledMesh& mesh) const {
-    std::vector<Eigen::Vector3d> places = mesh.points();
     for (int sweep = 0;; ++sweep) {
-      const std::vector<std::pair<int, int>> cuts = find_cuts(edges_, of_triangles_, mesh.triangles, places);
+      const std::vector<Eigen::Vector3d> places = mesh.points();
+      const std::vector<std::pair<int, int>> cuts = find_cuts(mesh.triangles, places);
       if (cuts.empty() || sweep == most_sweeps) {
         return cuts;
       }
-      std::vector<Eigen::Vector4d> moves(mesh.particles.size(), Eigen::Vector4d::Zero());  // sums, and how many
+      Moves moves(mesh.particles.size(), Eigen::Vector4d::Zero());
       for (const auto& [e, t] : cuts) {
-        const Edge& edge = this->edge(e);
-        const std::array<int, 3>& triangle = mesh.triangles[t];
-        const Eigen::Vector3d out = way_out(edge, triangle, places);
+        const Eigen::Vector3d out = way_out(edge(e), mesh.triangles[t], places);
         const Eigen::Vector3d move = most_of_side * side_ / std::sqrt(out.squaredNorm() + 1) * out;
-        const auto push = [&](int point, double sign) {
-          for (const int particle : mesh.particles_of(point)) {
-            moves[particle] += Eigen::Vector4d(sign * move[0], sign * move[1], sign * move[2], 1);
-          }
-        };
-        push(edge.ends[0], 1);
-        push(edge.ends[1], 1);
-        push(triangle[0], -1);
-        push(triangle[1], -1);
-        push(triangle[2], -1);
+        for (const int point : edge(e).ends) {
+          add_move(mesh, point, move, moves);
+        }
+        for (const int point : mesh.triangles[t]) {
+          add_move(mesh, point, -move, moves);
+        }
       }
       for (std::size_t i = 0; i < moves.size(); ++i) {
         Eigen::Vector3d move = Eigen::Vector3d::Zero();
@@ -181,13 +143,44 @@ class Edges {
           mesh.particles[i] += move;
         }
       }
-      places = mesh.points();
     }
   }
 
  private:
-  std::vector<std::array<int, 3>> of_triangles_;  ///< from edges_of
+  /// Edges and the triangles that they cut through.
+  std::vector<std::pair<int, int>> find_cuts(const std::vector<std::array<int, 3>>& triangles,
+                                             const std::vector<Eigen::Vector3d>& places) const {
+    const auto corners = [&places](const std::array<int, 3>& t) {
+      return Triangle{places[t[0]], places[t[1]], places[t[2]]};
+    };
+    std::vector<Bounds> boxes;
+    for (const std::array<int, 3>& triangle : triangles) {
+      boxes.push_back(bounds_of(corners(triangle), 0));
+    }
+    std::vector<std::pair<int, int>> found;
+    const auto add = [&](int one, int other) {
+      const std::array<int, 3>& t = triangles[other];
+      for (const int e : of_triangles_[one]) {
+        if (e < 0) {
+          continue;
+        }
+        const std::array<int, 2>& ends = edge(e).ends;
+        if (std::find_first_of(t.begin(), t.end(), ends.begin(), ends.end()) == t.end() &&
+            segment_cuts_triangle(places[ends[0]], places[ends[1]], corners(t))) {
+          found.emplace_back(e, other);
+        }
+      }
+    };
+    BoxTree(boxes).visit_pairs([&add](int a, int b) {
+      add(a, b);
+      add(b, a);
+    });
+    return found;
+  }
+
   std::vector<Edge> edges_;
+  /// The edges that each triangle represents, so that each edge comes once; -1: none.
+  std::vector<std::array<int, 3>> of_triangles_;
   std::vector<std::vector<int>> neighbours_;  ///< of each particle
   double side_ = 0;                           ///< mean length of the edges [m]
 };
@@ -197,17 +190,11 @@ bool part_touching(TangledMesh& mesh, double distance) {
   const std::vector<Eigen::Vector3d> places = mesh.points();
   std::vector<Triangle> corners;
   std::vector<Bounds> boxes;
-  for (const std::array<int, 3>& triangle : mesh.triangles) {
-    Triangle& of = corners.emplace_back();
-    Eigen::AlignedBox3d box;
-    for (std::size_t k = 0; k < 3; ++k) {
-      of[k] = places[triangle[k]];
-      box.extend(Eigen::Vector3d(of[k].array() - mesh.touch / 2));
-      box.extend(Eigen::Vector3d(of[k].array() + mesh.touch / 2));
-    }
-    boxes.emplace_back(box);
+  for (const auto& [a, b, c] : mesh.triangles) {
+    corners.push_back({places[a], places[b], places[c]});
+    boxes.push_back(bounds_of(corners.back(), mesh.touch));
   }
-  std::vector<Eigen::Vector4d> moves(mesh.particles.size(), Eigen::Vector4d::Zero());  // sums, and how many
+  Moves moves(mesh.particles.size(), Eigen::Vector4d::Zero());
   bool any = false;
   BoxTree(boxes).visit_pairs([&](int one, int other) {
     const auto [a, b] = std::minmax({static_cast<std::size_t>(one), static_cast<std::size_t>(other)});  // by value
@@ -218,11 +205,7 @@ bool part_touching(TangledMesh& mesh, double distance) {
     const Eigen::Vector3d normal = (corners[a][1] - corners[a][0]).cross(corners[a][2] - corners[a][0]).normalized();
     for (const auto& [triangle, sign] : {std::pair(a, -1.0), std::pair(b, 1.0)}) {
       for (const int point : mesh.triangles[triangle]) {
-        for (const int particle : mesh.particles_of(point)) {
-          Eigen::Vector4d& move = moves[particle];
-          move.head<3>() += sign * normal;
-          move[3] += 1;
-        }
+        add_move(mesh, point, sign * normal, moves);
       }
     }
   });

@@ -1,8 +1,8 @@
-#include "contact/barrier.h"
+#include "contact/contact_laws.h"
 
 #include <gtest/gtest.h>
 
-namespace pellicle::barrier_test {
+namespace pellicle::contact_laws_test {
 namespace {
 
 const Barrier of_a_surface{3, 0.02, 1, 0.1};
@@ -37,4 +37,4 @@ TEST(Barrier, NothingPressesFromTheThicknessOn) {
 }
 
 }  // namespace
-}  // namespace pellicle::barrier_test
+}  // namespace pellicle::contact_laws_test
