@@ -1,5 +1,7 @@
 #include "meshing/blobs.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -29,14 +31,11 @@ Eigen::Matrix3d rotation_of(const BlobOptions& options) {
   if (has_two_ends(options)) {
     return rotation_between(Eigen::Vector3d::UnitZ(), options.end - options.centre);
   }
-  return (Eigen::AngleAxisd(options.rotation.z(), Eigen::Vector3d::UnitZ()) *
-          Eigen::AngleAxisd(options.rotation.y(), Eigen::Vector3d::UnitY()) *
-          Eigen::AngleAxisd(options.rotation.x(), Eigen::Vector3d::UnitX()))
-      .toRotationMatrix();
+  return rotation_about_axes(options.rotation);
 }
 
 [[noreturn]] void refuse(const std::string& key, double given, const std::string& expected) {
-  throw Error(key + ": " + number_text(given) + " m given, expected " + expected);
+  throw Error(fmt::format("{}: {} m given, expected {}", key, number_text(given), expected));
 }
 
 void require_valid(const std::string& key, const BlobOptions& options) {
@@ -59,34 +58,6 @@ void require_valid(const std::string& key, const BlobOptions& options) {
   if (options.shape == BlobShape::torus && options.tube_radius >= options.radius) {
     refuse(key + ".tube_radius", options.tube_radius, "less than the radius");
   }
-}
-
-/// The distance at a point that is given along the solid's own axes.
-std::function<double(const Eigen::Vector3d&)> distance_function(const BlobOptions& options) {
-  using Point = Eigen::Vector3d;
-  const double r = options.radius;
-  const double length = (options.end - options.centre).norm();
-  const Eigen::Vector3d half = 0.5 * options.size;
-  if (options.shape == BlobShape::sphere) {
-    return [r](const Point& point) { return distance_from_sphere(point, r); };
-  }
-  if (options.shape == BlobShape::ellipsoid) {
-    return [half](const Point& point) { return distance_from_ellipsoid(point, half); };
-  }
-  if (options.shape == BlobShape::box) {
-    return [half, round = options.round](const Point& point) { return distance_from_box(point, half, round); };
-  }
-  if (options.shape == BlobShape::capsule) {
-    return [r, s = options.end_radius.value_or(r), length](const Point& point) {
-      return distance_from_round_cone(point, r, s, length);
-    };
-  }
-  if (options.shape == BlobShape::cylinder) {
-    return [r, length, round = options.round](const Point& point) {
-      return distance_from_cylinder(point, r, length, round);
-    };
-  }
-  return [r, tube = options.tube_radius](const Point& point) { return distance_from_torus(point, r, tube); };
 }
 
 }  // namespace
@@ -153,10 +124,18 @@ void describe(OptionTable& table, BlobOptions& options) {
       .help("length of a wave of the relief along its own z axis; 0: flutes only, with both there are bumps");
 }
 
+Eigen::Matrix3d rotation_about_axes(const Eigen::Vector3d& angles) {
+  return (Eigen::AngleAxisd(angles.z(), Eigen::Vector3d::UnitZ()) *
+          Eigen::AngleAxisd(angles.y(), Eigen::Vector3d::UnitY()) *
+          Eigen::AngleAxisd(angles.x(), Eigen::Vector3d::UnitX()))
+      .toRotationMatrix();
+}
+
 Blobs::Blobs(const std::map<std::string, BlobOptions>& options) {
   for (const auto& [name, given] : options) {
     require_valid("mesh.blobs." + name, given);
-    Solid solid{name, given, rotation_of(given).transpose(), distance_function(given), width_of_blend * given.blend};
+    Solid solid{name, given, rotation_of(given).transpose(), (given.end - given.centre).norm(),
+                width_of_blend * given.blend};
     if (const double least = 1e-6 * solid.reach(); given.blend < least) {
       refuse("mesh.blobs." + name + ".blend", given.blend,
              "at least " + number_text(least) + ", a millionth of its size");
@@ -188,6 +167,26 @@ double Blobs::Solid::reach() const {
                         : o.shape == BlobShape::torus                                ? o.radius + o.tube_radius
                                                       : std::max(o.radius, o.end_radius.value_or(0));
   return smooth + o.relief;
+}
+
+/// @param own the point along the solid's own axes
+double Blobs::Solid::distance_without_relief(const Eigen::Vector3d& own) const {
+  const BlobOptions& o = options;
+  switch (o.shape) {
+    case BlobShape::sphere:
+      return distance_from_sphere(own, o.radius);
+    case BlobShape::ellipsoid:
+      return distance_from_ellipsoid(own, 0.5 * o.size);
+    case BlobShape::box:
+      return distance_from_box(own, 0.5 * o.size, o.round);
+    case BlobShape::capsule:
+      return distance_from_round_cone(own, o.radius, o.end_radius.value_or(o.radius), length);
+    case BlobShape::cylinder:
+      return distance_from_cylinder(own, o.radius, length, o.round);
+    case BlobShape::torus:
+      break;
+  }
+  return distance_from_torus(own, o.radius, o.tube_radius);
 }
 
 double Blobs::Solid::distance(const Eigen::Vector3d& point) const {
@@ -257,13 +256,12 @@ SurfaceMesh blobs_mesh(const std::map<std::string, BlobOptions>& blobs, int vert
   for (const Eigen::Vector3d& point : mesh.points) {
     box.extend(point);
   }
-  for (const std::vector<int>& face : mesh.faces) {
-    std::vector<Eigen::Vector2d>& corners = mesh.uv.emplace_back();
-    for (const int point : face) {
-      const Eigen::Vector3d fraction = (mesh.points[point] - box.min()).cwiseQuotient(box.sizes());
-      corners.emplace_back(fraction.x(), fraction.z());
-    }
+  std::vector<Eigen::Vector2d> uv;
+  for (const Eigen::Vector3d& point : mesh.points) {
+    const Eigen::Vector3d fraction = (point - box.min()).cwiseQuotient(box.sizes());
+    uv.emplace_back(fraction.x(), fraction.z());
   }
+  mesh.uv = uv_of_corners(mesh, uv);
   return mesh;
 }
 

@@ -1,5 +1,7 @@
 #include "meshing/closed_shapes.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -17,7 +19,13 @@ namespace {
 
 void require_above_0(double value, const char* what) {
   if (!(value > 0)) {
-    throw Error(std::string(what) + " of " + std::to_string(value) + " m, expected above 0");
+    throw Error(fmt::format("{} of {:f} m, expected above 0", what, value));
+  }
+}
+
+void require_level(int level, const char* what) {
+  if (level < 0 || level > 9) {
+    throw Error(fmt::format("{} of level {}, expected 0 to 9", what, level));
   }
 }
 
@@ -66,9 +74,7 @@ SurfaceMesh icosahedron() {
 double above_lowest(const Eigen::Vector3d& point) { return 1 - std::acos(std::clamp(point.z(), -1.0, 1.0)) / pi; }
 
 SurfaceMesh unit_icosphere(int level) {
-  if (level < 0 || level > 9) {
-    throw Error("an icosphere of level " + std::to_string(level) + ", expected 0 to 9");
-  }
+  require_level(level, "an icosphere");
   SurfaceMesh mesh = icosahedron();
   for (int l = 0; l < level; ++l) {
     std::map<std::array<int, 2>, int> middles;
@@ -95,9 +101,7 @@ SurfaceMesh unit_icosphere(int level) {
 
 /// A cube cut into squares and blown up, so that its points lie at equal angles along the middles of its sides.
 SurfaceMesh unit_quad_sphere(int level) {
-  if (level < 0 || level > 9) {
-    throw Error("a quad_ellipsoid of level " + std::to_string(level) + ", expected 0 to 9");
-  }
+  require_level(level, "a quad_ellipsoid");
   SurfaceMesh mesh;
   const int cells = 1 << level;
   std::map<std::array<int, 3>, int> numbers;  // of points, by their places on the cube [0, cells]^3

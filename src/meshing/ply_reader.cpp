@@ -1,14 +1,14 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <fstream>
 #include <iterator>
 #include <limits>
 #include <map>
 #include <optional>
-#include <sstream>
 
 #include "base/error.h"
 #include "base/units.h"
@@ -22,11 +22,25 @@ namespace {
 
 enum class Format { ascii, little_endian, big_endian };
 
-/// A type of numbers.
+/// A type of numbers in bytes.
 struct NumberType {
-  char kind;         ///< f: floating point, i: signed, u: unsigned
   std::size_t size;  ///< [bytes]
+  double (*read)(const char* bytes, bool is_big_endian);
 };
+
+template <class Number>
+NumberType number_type() {
+  return {sizeof(Number), [](const char* bytes, bool is_big_endian) {
+            std::array<char, sizeof(Number)> ordered{};
+            std::copy_n(bytes, sizeof(Number), ordered.begin());
+            if (is_big_endian) {
+              std::reverse(ordered.begin(), ordered.end());
+            }
+            Number number;
+            std::memcpy(&number, ordered.data(), sizeof number);
+            return static_cast<double>(number);
+          }};
+}
 
 /// Meaning of a property for the reader; an element has each at most once.
 enum class Role { none, x, y, z, u, v, corners, texture, strips };
@@ -56,27 +70,34 @@ struct Header {
 /// The numbers that the header may name; both spellings of each type.
 const std::map<std::string_view, NumberType>& number_types() {
   static const std::map<std::string_view, NumberType> types{
-      {"char", {'i', 1}},  {"int8", {'i', 1}},    {"uchar", {'u', 1}},  {"uint8", {'u', 1}},
-      {"short", {'i', 2}}, {"int16", {'i', 2}},   {"ushort", {'u', 2}}, {"uint16", {'u', 2}},
-      {"int", {'i', 4}},   {"int32", {'i', 4}},   {"uint", {'u', 4}},   {"uint32", {'u', 4}},
-      {"float", {'f', 4}}, {"float32", {'f', 4}}, {"double", {'f', 8}}, {"float64", {'f', 8}}};
+      {"char", number_type<std::int8_t>()},     {"int8", number_type<std::int8_t>()},
+      {"uchar", number_type<std::uint8_t>()},   {"uint8", number_type<std::uint8_t>()},
+      {"short", number_type<std::int16_t>()},   {"int16", number_type<std::int16_t>()},
+      {"ushort", number_type<std::uint16_t>()}, {"uint16", number_type<std::uint16_t>()},
+      {"int", number_type<std::int32_t>()},     {"int32", number_type<std::int32_t>()},
+      {"uint", number_type<std::uint32_t>()},   {"uint32", number_type<std::uint32_t>()},
+      {"float", number_type<float>()},          {"float32", number_type<float>()},
+      {"double", number_type<double>()},        {"float64", number_type<double>()}};
   return types;
 }
 
-Role role_of(std::string_view element, std::string_view property, bool is_list) {
-  static const std::map<std::string_view, Role> of_vertex{{"x", Role::x}, {"y", Role::y}, {"z", Role::z},
-                                                          {"u", Role::u}, {"s", Role::u}, {"texture_u", Role::u},
-                                                          {"v", Role::v}, {"t", Role::v}, {"texture_v", Role::v}};
-  static const std::map<std::string_view, Role> of_face{
-      {"vertex_indices", Role::corners}, {"vertex_index", Role::corners}, {"texcoord", Role::texture}};
-  static const std::map<std::string_view, Role> of_strips{{"vertex_indices", Role::strips},
-                                                          {"vertex_index", Role::strips}};
-  if (is_list == (element == "vertex") || (element != "face" && element != "vertex" && element != "tristrips")) {
-    return Role::none;
-  }
-  const auto& roles = element == "vertex" ? of_vertex : element == "face" ? of_face : of_strips;
-  const auto role = roles.find(property);
-  return role == roles.end() ? Role::none : role->second;
+Role role_of(const std::string& element, const std::string& property, bool is_list) {
+  static const std::map<std::string, Role> roles{{"vertex x", Role::x},
+                                                 {"vertex y", Role::y},
+                                                 {"vertex z", Role::z},
+                                                 {"vertex u", Role::u},
+                                                 {"vertex s", Role::u},
+                                                 {"vertex texture_u", Role::u},
+                                                 {"vertex v", Role::v},
+                                                 {"vertex t", Role::v},
+                                                 {"vertex texture_v", Role::v},
+                                                 {"face vertex_indices", Role::corners},
+                                                 {"face vertex_index", Role::corners},
+                                                 {"face texcoord", Role::texture},
+                                                 {"tristrips vertex_indices", Role::strips},
+                                                 {"tristrips vertex_index", Role::strips}};
+  const auto role = roles.find(element + " " + property);
+  return role == roles.end() || is_list == (element == "vertex") ? Role::none : role->second;
 }
 
 /// Whether what is counted has the properties that are needed, and whether the file has clearance for it.
@@ -88,7 +109,7 @@ void check_elements(const TextFile& file, const Header& header) {
       bytes += header.format == Format::ascii ? 2 : property.count_type.value_or(property.type).size;
     }
     if (element.count > 0 && bytes == 0) {
-      file.fail("element " + element.name + " has no properties, expected some");
+      file.fail(fmt::format("element {} has no properties, expected some", element.name));
     }
     if (element.count > 0) {
       file.count(std::to_string(element.count), ("the number of items of element " + element.name).c_str(), bytes);
@@ -105,7 +126,7 @@ void check_elements(const TextFile& file, const Header& header) {
 
 Header read_header(TextFile& file) {
   const auto fail = [&file] {
-    file.fail("'" + std::string(file.words().front()) + "' in the header, expected a PLY header");
+    file.fail(fmt::format("'{}' in the header, expected a PLY header", file.words().front()));
   };
   if (!file.next_line() || file.words().front() != "ply") {
     file.fail("no 'ply' on the first line, expected a PLY file");
@@ -124,13 +145,13 @@ Header read_header(TextFile& file) {
                                                               {"binary_big_endian", Format::big_endian}};
       const auto format = formats.find(words[1]);
       if (format == formats.end()) {
-        file.fail("format '" + std::string(words[1]) + "', expected ascii, binary_little_endian or binary_big_endian");
+        file.fail(fmt::format("format '{}', expected ascii, binary_little_endian or binary_big_endian", words[1]));
       }
       header.format = format->second;
     } else if (words[0] == "element" && words.size() == 3) {
       const auto same = [&words](const Element& element) { return element.name == words[1]; };
       if (std::any_of(header.elements.begin(), header.elements.end(), same)) {
-        file.fail("element " + std::string(words[1]) + " a second time");
+        file.fail(fmt::format("element {} a second time", words[1]));
       }
       header.elements.push_back({std::string(words[1]), file.count(words[2], "a count", 1), {}});
     } else if (words[0] == "property" && !header.elements.empty() &&
@@ -142,12 +163,10 @@ Header read_header(TextFile& file) {
       if (type == number_types().end() || count_type == number_types().end()) {
         fail();
       }
-      Property property{role_of(element.name, words.back(), is_list), type->second, std::nullopt};
-      if (is_list) {
-        property.count_type = count_type->second;
-      }
+      const Property property{role_of(element.name, std::string(words.back()), is_list), type->second,
+                              is_list ? std::optional(count_type->second) : std::nullopt};
       if (property.role != Role::none && element.has(property.role)) {
-        file.fail("property " + std::string(words.back()) + " of element " + element.name + " a second time");
+        file.fail(fmt::format("property {} of element {} a second time", words.back(), element.name));
       }
       element.properties.push_back(property);
     } else if (words[0] != "comment" && words[0] != "obj_info") {
@@ -160,46 +179,26 @@ Header read_header(TextFile& file) {
 /// The numbers behind the header, as text or as bytes.
 class Body {
  public:
-  Body(TextFile& file, const std::string& path, Format format) : file_(file), path_(path), format_(format) {
-    if (format == Format::ascii) {
-      return;
-    }
-    bytes_.open(path, std::ios::binary);
-    bytes_.seekg(static_cast<std::streamoff>(file.position()));
-  }
+  Body(TextFile& file, const std::string& path, Format format)
+      : file_(file), path_(path), format_(format), at_(file.position()) {}
 
   double next(const NumberType& type) {
     if (format_ == Format::ascii) {
-      return file_.number(file_.next_word("a number"), "a number");
+      return file_.next_number("a number");
     }
-    std::array<char, 8> bytes{};
-    if (!bytes_.read(bytes.data(), static_cast<std::streamsize>(type.size))) {
+    if (type.size > file_.content().size() - at_) {
       throw Error(path_ + ": ends too early, expected as many numbers as its header says");
     }
-    if (format_ == Format::big_endian) {
-      std::reverse(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(type.size));
-    }
-    if (type.kind == 'f') {
-      return type.size == 4 ? as<float>(bytes) : as<double>(bytes);
-    }
-    const bool is_unsigned = type.kind == 'u';
-    switch (type.size) {
-      case 1:
-        return is_unsigned ? as<std::uint8_t>(bytes) : as<std::int8_t>(bytes);
-      case 2:
-        return is_unsigned ? as<std::uint16_t>(bytes) : as<std::int16_t>(bytes);
-      default:
-        return is_unsigned ? as<std::uint32_t>(bytes) : as<std::int32_t>(bytes);
-    }
+    const char* bytes = file_.content().data() + at_;
+    at_ += type.size;
+    return type.read(bytes, format_ == Format::big_endian);
   }
 
   /// The numbers of a list, of which there is a whole number.
   void next_list(const Property& property, std::vector<double>& values) {
     const double count = next(*property.count_type);
     if (!(count >= 0 && std::floor(count) == count)) {
-      std::ostringstream text;
-      text << "a list of " << count << " numbers, expected a whole number";
-      fail(text.str());
+      fail(fmt::format("a list of {:g} numbers, expected a whole number", count));
     }
     values.clear();
     while (static_cast<double>(values.size()) < count) {
@@ -210,7 +209,7 @@ class Body {
   /// @throws Error if there is text after the last number. Bytes there may be padding.
   void expect_end() {
     if (format_ == Format::ascii && (file_.words_left() > 0 || file_.next_line())) {
-      file_.fail("'" + std::string(file_.next_word("the end")) + "' after the last item, expected the end of the file");
+      file_.fail(fmt::format("'{}' after the last item, expected the end of the file", file_.next_word("the end")));
     }
   }
 
@@ -223,17 +222,10 @@ class Body {
   }
 
  private:
-  template <class Number>
-  static double as(const std::array<char, 8>& bytes) {
-    Number number;
-    std::memcpy(&number, bytes.data(), sizeof number);
-    return static_cast<double>(number);
-  }
-
   TextFile& file_;
   std::string path_;
   Format format_;
-  std::ifstream bytes_;
+  std::size_t at_;  ///< position of the next number in bytes
 };
 
 /// A point number; any other number becomes one that read_mesh refuses.
@@ -250,7 +242,8 @@ void add_strips(SurfaceMesh& mesh, const std::vector<double>& numbers, const Bod
       add_strip(mesh, strip);
       strip.clear();
     } else if (to_point(number) < 0) {
-      body.fail("a strip names point " + number_text(number) + ", expected a point number, or -1 between strips");
+      body.fail(
+          fmt::format("a strip names point {}, expected a point number, or -1 between strips", number_text(number)));
     } else {
       strip.push_back(to_point(number));
     }
@@ -262,7 +255,7 @@ void add_strips(SurfaceMesh& mesh, const std::vector<double>& numbers, const Bod
 
 // VTK's reader keeps single precision, takes words for zeros and crashes on a file that ends too early.
 SurfaceMesh read_ply(const std::string& path) {
-  TextFile file(path, {/*comments=*/false, {}});
+  TextFile file(path);
   const Header header = read_header(file);
   Body body(file, path, header.format);
   SurfaceMesh mesh;
@@ -297,8 +290,8 @@ SurfaceMesh read_ply(const std::string& path) {
             break;
           case Role::texture:
             if (values.size() % 2 != 0) {
-              body.fail("face " + std::to_string(item) + " has " + std::to_string(values.size()) +
-                        " numbers as texture coordinates, expected two for each corner");
+              body.fail(fmt::format("face {} has {} numbers as texture coordinates, expected two for each corner", item,
+                                    values.size()));
             }
             for (std::size_t k = 0; k < values.size(); k += 2) {
               uv_at_corners.emplace_back(values[k], values[k + 1]);

@@ -1,15 +1,15 @@
-#include "meshing/shirt.h"
+#include "meshing/generators.h"
+
+#include <fmt/format.h>
 
 #include <Eigen/Geometry>
 #include <Eigen/Sparse>
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <utility>
 
 #include "base/error.h"
 #include "geometry/pi.h"
-#include "meshing/mesh_size.h"
 
 namespace pellicle {
 inline namespace meshing {
@@ -43,7 +43,7 @@ std::vector<Eigen::Vector3d> half_ellipse(const Eigen::Vector3d& centre, const E
     while (k < samples && length[k] < wanted) {
       ++k;
     }
-    const double before = length[static_cast<std::size_t>(k) - 1];
+    const double before = length[k - 1];
     points.push_back(at(pi * (k - 1 + (wanted - before) / (length[k] - before)) / samples));
   }
   return points;
@@ -63,12 +63,12 @@ class Cut {
         shoulder(fraction(shoulder_length, across)),
         neck_depth{fraction(neck_depth_front, across), fraction(neck_depth_back, across)} {
     for (const Side side : {front, back}) {
-      number_[side].assign(static_cast<std::size_t>(width() + 1) * static_cast<std::size_t>(up + 1), -1);
+      number_[side].setConstant(width() + 1, up + 1, -1);
       for (int j = 0; j <= up; ++j) {
         for (int i = -sleeve; i <= across + sleeve; ++i) {
           if (is_cell(side, i, j) || is_cell(side, i - 1, j) || is_cell(side, i, j - 1) ||
               is_cell(side, i - 1, j - 1)) {
-            number_[side][node(i, j)] = side == back && is_seam(i, j) ? number_[front][node(i, j)] : points_++;
+            number_[side](i + sleeve, j) = side == back && is_seam(i, j) ? point(front, i, j) : points_++;
           }
         }
       }
@@ -78,7 +78,7 @@ class Cut {
   int points() const { return points_; }
   int width() const { return across + 2 * sleeve; }
   /// Point at a node, or -1.
-  int point(Side side, int i, int j) const { return number_[side][node(i, j)]; }
+  int point(Side side, int i, int j) const { return number_[side](i + sleeve, j); }
   /// Whether the cell with this lower left node is there.
   bool is_cell(Side side, int i, int j) const {
     const bool in_torso = i >= 0 && i < across && j >= 0 && j < up;
@@ -96,9 +96,6 @@ class Cut {
 
  private:
   static int fraction(double part, int whole) { return std::max(1, static_cast<int>(std::lround(part * whole))); }
-  std::size_t node(int i, int j) const {
-    return static_cast<std::size_t>(i + sleeve) + static_cast<std::size_t>(width() + 1) * static_cast<std::size_t>(j);
-  }
   bool is_seam(int i, int j) const {
     const bool at_side = (i == 0 || i == across) && j <= armpit;
     const bool under_sleeve = (i <= 0 || i >= across) && j == armpit;
@@ -107,7 +104,7 @@ class Cut {
   }
 
   int points_ = 0;
-  std::array<std::vector<int>, 2> number_;
+  std::array<Eigen::ArrayXXi, 2> number_;  ///< of the points of each side
 };
 
 /// Front and back sewn together; the points have no place yet.
@@ -262,12 +259,11 @@ void span(SurfaceMesh& mesh, const Held& constrained) {
 
 SurfaceMesh shirt_mesh(std::array<int, 2> cells, std::array<double, 2> size) {
   if (cells[0] < 8 || cells[1] < 8 || !(size[0] > 0 && size[1] > 0)) {
-    std::ostringstream text;
-    text << "a shirt of " << cells[0] << " x " << cells[1] << " cells and " << size[0] << " m x " << size[1]
-         << " m, expected at least 8 x 8 cells and sizes above 0";
-    throw Error(text.str());
+    throw Error(
+        fmt::format("a shirt of {} x {} cells and {:g} m x {:g} m, expected at least 8 x 8 cells and sizes above 0",
+                    cells[0], cells[1], size[0], size[1]));
   }
-  require_mesh_size("a shirt of " + std::to_string(cells[0]) + " x " + std::to_string(cells[1]) + " cells",
+  require_mesh_size(fmt::format("a shirt of {} x {} cells", cells[0], cells[1]),
                     2.0 * cells[0] * cells[1]);  // front and back, without the sleeves
   const Cut cut(cells);
   SurfaceMesh mesh = sew(cut);

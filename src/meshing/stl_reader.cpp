@@ -1,9 +1,8 @@
+#include <fmt/format.h>
+
 #include <array>
 #include <cstdint>
 #include <cstring>
-#include <fstream>
-#include <iterator>
-#include <vector>
 
 #include "base/error.h"
 #include "meshing/format_readers.h"
@@ -34,8 +33,7 @@ SurfaceMesh read_binary(const std::string& path, const std::string& content) {
   }
   const std::size_t expected = head + of_facet * static_cast<std::size_t>(facets);
   if (content.size() < expected) {
-    throw Error(path + ": " + std::to_string(content.size()) + " bytes, expected " + std::to_string(expected) +
-                " for " + std::to_string(facets) + " facets");
+    throw Error(fmt::format("{}: {} bytes, expected {} for {} facets", path, content.size(), expected, facets));
   }
   SurfaceMesh mesh;
   for (std::size_t begin = head; begin < expected; begin += of_facet) {
@@ -52,12 +50,11 @@ SurfaceMesh read_binary(const std::string& path, const std::string& content) {
 
 /// Text: between `solid` and `endsolid`, whose lines end with a name, facets of three corners. Keywords may be in
 /// capitals; a file may hold several solids.
-SurfaceMesh read_text(const std::string& path) {
-  TextFile file(path, {/*comments=*/false, {}});
+SurfaceMesh read_text(TextFile& file) {
   const auto expect = [&file](const char* keyword) {
     const std::string_view word = file.next_word(keyword);
     if (in_lower_case(word) != keyword) {
-      file.fail("'" + std::string(word) + "', expected " + keyword);
+      file.fail(fmt::format("'{}', expected {}", word, keyword));
     }
   };
   SurfaceMesh mesh;
@@ -83,9 +80,7 @@ SurfaceMesh read_text(const std::string& path) {
     std::array<Eigen::Vector3d, 3> corners;
     for (Eigen::Vector3d& corner : corners) {
       expect("vertex");
-      for (double& coordinate : corner) {
-        coordinate = file.number(file.next_word("a coordinate"), "a coordinate");
-      }
+      corner = file.next_point();
     }
     expect("endloop");
     expect("endfacet");
@@ -98,9 +93,9 @@ SurfaceMesh read_text(const std::string& path) {
 
 // VTK's reader keeps single precision, and takes lines of more than 255 letters for several.
 SurfaceMesh read_stl(const std::string& path) {
-  std::ifstream stream(path, std::ios::binary);
-  const std::string content{std::istreambuf_iterator<char>(stream), {}};
-  SurfaceMesh mesh = content.find('\0') == std::string::npos ? read_text(path) : read_binary(path, content);
+  TextFile file(path);
+  const bool is_text = file.content().find('\0') == std::string::npos;
+  SurfaceMesh mesh = is_text ? read_text(file) : read_binary(path, file.content());
   weld(mesh);
   mesh.point_id.clear();
   return mesh;

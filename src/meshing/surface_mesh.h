@@ -31,5 +31,26 @@ struct SurfaceMesh {
   int id_of_face(int face) const { return face_id.empty() ? face : face_id[face]; }
 };
 
+/// Checks the size of a mesh before it is made: it must fit in this machine's memory, and its springs and triangles
+/// must be fewer than the largest number. Not collective.
+/// @param what name of the mesh, which begins the message: "a rectangle of 9 x 9 cells"
+/// @param faces, a double so that a product of large counts does not overflow
+/// @throws Error in one line
+void require_mesh_size(const std::string& what, double faces);
+
+/// Texture coordinates of the points, given to the corners of the faces; corners that name no point get none.
+std::vector<std::vector<Eigen::Vector2d>> uv_of_corners(const SurfaceMesh& mesh,
+                                                        const std::vector<Eigen::Vector2d>& uv_of_points);
+
+/// Sorts numbers and removes repetitions.
+void sort_members(std::vector<int>& members);
+
+/// Renumbers the members of groups: `i` becomes `target[i]`, or is removed if that is negative. They stay ascending.
+void renumber(std::map<std::string, std::vector<int>>& groups, const std::vector<int>& target);
+
+/// Renumbers the points: point i becomes `target[i]`, or is removed if that is negative. If several points get the same
+/// new number the first gives the position. Faces, groups and point_id follow.
+void renumber_points(SurfaceMesh& mesh, const std::vector<int>& target);
+
 }  // namespace meshing
 }  // namespace pellicle

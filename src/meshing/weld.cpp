@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <tuple>
 
 #include "base/disjoint_sets.h"
 #include "base/error.h"
@@ -11,37 +12,6 @@
 namespace pellicle {
 inline namespace meshing {
 
-void renumber_points(SurfaceMesh& mesh, const std::vector<int>& target) {
-  const int kept = 1 + *std::max_element(target.begin(), target.end());
-  std::vector<Eigen::Vector3d> points(kept);
-  std::vector<int> ids(kept);
-  for (std::size_t i = target.size(); i-- > 0;) {
-    if (target[i] >= 0) {
-      const std::size_t to = target[i];
-      points[to] = mesh.points[i];
-      ids[to] = mesh.id_of_point(static_cast<int>(i));
-    }
-  }
-  mesh.points = std::move(points);
-  mesh.point_id = std::move(ids);
-  for (std::vector<int>& face : mesh.faces) {
-    for (int& point : face) {
-      point = target[point];
-    }
-  }
-  for (auto& entry : mesh.groups) {
-    std::vector<int> members;
-    for (const int point : entry.second) {
-      if (target[point] >= 0) {
-        members.push_back(target[point]);
-      }
-    }
-    std::sort(members.begin(), members.end());
-    members.erase(std::unique(members.begin(), members.end()), members.end());
-    entry.second = std::move(members);
-  }
-}
-
 namespace {
 
 /// The points at the same place, exactly.
@@ -50,17 +20,12 @@ DisjointSets equal_points(const std::vector<Eigen::Vector3d>& points) {
   std::iota(order.begin(), order.end(), 0);
   const auto at = [&points](int i) -> const Eigen::Vector3d& { return points[i]; };
   std::sort(order.begin(), order.end(), [&at](int a, int b) {
-    for (int k = 0; k < 3; ++k) {
-      if (at(a)[k] != at(b)[k]) {
-        return at(a)[k] < at(b)[k];
-      }
-    }
-    return a < b;
+    return std::tie(at(a).x(), at(a).y(), at(a).z(), a) < std::tie(at(b).x(), at(b).y(), at(b).z(), b);
   });
   DisjointSets sets(points.size());
   for (std::size_t k = 1; k < order.size(); ++k) {
     if (at(order[k]) == at(order[k - 1])) {
-      sets.unite(static_cast<std::size_t>(order[k]), static_cast<std::size_t>(order[k - 1]));
+      sets.unite(order[k], order[k - 1]);
     }
   }
   return sets;

@@ -5,10 +5,6 @@
 namespace pellicle {
 inline namespace meshing {
 
-/// Renumbers the points: point i becomes `target[i]`, or is removed if that is negative. If several points get the same
-/// new number the first gives the position. Faces, groups and point_id follow.
-void renumber_points(SurfaceMesh& mesh, const std::vector<int>& target);
-
 /// Merges points no further apart than `distance` [m], also through points between them, into the one of the lowest
 /// number. @returns the number of removed points
 /// @throws Error if so many points are so near that not all pairs can be compared

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "meshing/checked_mesh.h"
+#include "meshing/mesh_options.h"
 #include "surface/mesh_rows.h"
 #include "surface/surface.h"
 #include "world/options.h"

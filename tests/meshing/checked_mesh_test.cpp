@@ -1,4 +1,4 @@
-#include "meshing/checked_mesh.h"
+#include "meshing/mesh_options.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "meshing/shirt.h"
+#include "meshing/generators.h"
 
 #include <gtest/gtest.h>
 
