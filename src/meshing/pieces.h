@@ -8,6 +8,20 @@
 namespace pellicle {
 inline namespace meshing {
 
+// How the pieces of a mesh lie to each other.
+
+/// Slits of a mesh: its boundary runs along itself, so that faces look joined and are not.
+struct Slits {
+  int near_points = 0;        ///< points of the boundary that nearly coincide with another
+  double largest_gap = 0;     ///< between two such points [m]
+  std::vector<int> on_sides;  ///< points on sides of faces without them, ascending
+};
+
+/// Finds the slits of a mesh. Near means within 1e-6 of the sides there, or of the largest coordinate if that is more
+/// (text often has six digits), but at most 1e-3 of the sides.
+/// @param boundary the points of each side that has one face
+Slits find_slits(const SurfaceMesh& mesh, const std::vector<std::array<int, 2>>& boundary);
+
 /// Closed pieces of a mesh that lie inside others.
 struct NestedPieces {
   int count = 0;                   ///< number of nested pieces
