@@ -12,7 +12,7 @@
 
 #include "geometry/box_tree.h"
 #include "geometry/nearest_points.h"
-#include "meshing/self_intersection.h"
+#include "meshing/overlaps.h"
 #include "parallel/collective.h"
 #include "surface/drawn_places.h"
 

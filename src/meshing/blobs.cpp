@@ -27,13 +27,6 @@ bool has_two_ends(const BlobOptions& options) {
   return options.shape == BlobShape::capsule || options.shape == BlobShape::cylinder;
 }
 
-Eigen::Matrix3d rotation_of(const BlobOptions& options) {
-  if (has_two_ends(options)) {
-    return rotation_between(Eigen::Vector3d::UnitZ(), options.end - options.centre);
-  }
-  return rotation_about_axes(options.rotation);
-}
-
 [[noreturn]] void refuse(const std::string& key, double given, const std::string& expected) {
   throw Error(fmt::format("{}: {} m given, expected {}", key, number_text(given), expected));
 }
@@ -68,42 +61,24 @@ void describe(OptionTable& table, BlobOptions& options) {
   table.add("operation", options.operation)
       .help("whether the solid is joined to the others or taken away from them; all adding comes first");
   table.add("centre", options.centre).unit("m").help("its centre; of capsule and cylinder that of the first end");
-  const auto shape = [&options](const std::vector<BlobShape>& shapes) {
-    return one_of("shape", options.shape, shapes);
+  const auto add = [&](const char* key, auto& variable, const char* unit,
+                       const std::vector<BlobShape>& shapes) -> Option& {
+    return table.add(key, variable).unit(unit).acts_with(one_of("shape", options.shape, shapes));
   };
-  table.add("radius", options.radius)
-      .unit("m")
+  add("radius", options.radius, "m", {BlobShape::sphere, BlobShape::capsule, BlobShape::cylinder, BlobShape::torus})
       .more_than(0)
-      .acts_with(shape({BlobShape::sphere, BlobShape::capsule, BlobShape::cylinder, BlobShape::torus}))
       .help("its radius; of the torus that of the circle in the middle of its tube");
-  table.add("end", options.end)
-      .unit("m")
-      .acts_with(shape({BlobShape::capsule, BlobShape::cylinder}))
-      .help("centre of the other end");
-  table.add("end_radius", options.end_radius)
-      .unit("m")
+  add("end", options.end, "m", {BlobShape::capsule, BlobShape::cylinder}).help("centre of the other end");
+  add("end_radius", options.end_radius, "m", {BlobShape::capsule})
       .more_than(0)
-      .acts_with(shape({BlobShape::capsule}))
       .help("radius of the other end; none: the same");
-  table.add("tube_radius", options.tube_radius)
-      .unit("m")
+  add("tube_radius", options.tube_radius, "m", {BlobShape::torus}).more_than(0).help("radius of its tube");
+  add("size", options.size, "m", {BlobShape::box, BlobShape::ellipsoid})
       .more_than(0)
-      .acts_with(shape({BlobShape::torus}))
-      .help("radius of its tube");
-  table.add("size", options.size)
-      .unit("m")
-      .more_than(0)
-      .acts_with(shape({BlobShape::box, BlobShape::ellipsoid}))
       .help("lengths along its own x, y and z");
-  table.add("rotation", options.rotation)
-      .unit("rad")
-      .acts_with(shape({BlobShape::ellipsoid, BlobShape::box, BlobShape::torus}))
+  add("rotation", options.rotation, "rad", {BlobShape::ellipsoid, BlobShape::box, BlobShape::torus})
       .help("turned by these angles about the axes x, y and z, in this order, through its centre");
-  table.add("round", options.round)
-      .unit("m")
-      .at_least(0)
-      .acts_with(shape({BlobShape::box, BlobShape::cylinder}))
-      .help("radius of the edges");
+  add("round", options.round, "m", {BlobShape::box, BlobShape::cylinder}).at_least(0).help("radius of the edges");
   table.add("blend", options.blend)
       .unit("m")
       .more_than(0)
@@ -134,8 +109,10 @@ Eigen::Matrix3d rotation_about_axes(const Eigen::Vector3d& angles) {
 Blobs::Blobs(const std::map<std::string, BlobOptions>& options) {
   for (const auto& [name, given] : options) {
     require_valid("mesh.blobs." + name, given);
-    Solid solid{name, given, rotation_of(given).transpose(), (given.end - given.centre).norm(),
-                width_of_blend * given.blend};
+    const Eigen::Vector3d arm = given.end - given.centre;
+    const Eigen::Matrix3d rotation =
+        has_two_ends(given) ? rotation_between(Eigen::Vector3d::UnitZ(), arm) : rotation_about_axes(given.rotation);
+    const Solid solid{name, given, rotation.transpose(), arm.norm(), width_of_blend * given.blend};
     if (const double least = 1e-6 * solid.reach(); given.blend < least) {
       refuse("mesh.blobs." + name + ".blend", given.blend,
              "at least " + number_text(least) + ", a millionth of its size");

@@ -1,5 +1,3 @@
-#include "meshing/format_readers.h"
-
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/prctl.h>
@@ -22,14 +20,12 @@
 
 #include "base/error.h"
 #include "base/memory.h"
+#include "meshing/format_readers.h"
 
 namespace pellicle {
 inline namespace meshing {
 
 namespace {
-
-/// First byte of the child's message.
-enum class Answer : char { mesh, error };
 
 /// Packs values one after the other: numbers and vectors as they are in memory, lists and texts behind their size.
 class Packer {
@@ -54,7 +50,7 @@ class Packer {
 
 class Unpacker {
  public:
-  Unpacker(const std::string& bytes, std::size_t begin) : bytes_(bytes), at_(begin) {}
+  explicit Unpacker(const std::string& bytes) : bytes_(bytes) {}
   bool at_end() const { return at_ == bytes_.size(); }
   template <class Value>
   void take(Value& value) {
@@ -85,11 +81,13 @@ class Unpacker {
     at_ += bytes_.copy(target, size, at_);
   }
   const std::string& bytes_;
-  std::size_t at_;
+  std::size_t at_ = 0;
 };
 
-std::string packed(const SurfaceMesh& mesh) {
+/// The child's answer: the message of an error, or none and the mesh.
+std::string packed(const std::string& fault, const SurfaceMesh& mesh = {}) {
   Packer packer;
+  packer.put(fault);
   packer.put(mesh.points);
   packer.put(mesh.faces);
   packer.put(mesh.uv);
@@ -101,8 +99,14 @@ std::string packed(const SurfaceMesh& mesh) {
   return std::move(packer.bytes);
 }
 
-SurfaceMesh unpacked(const std::string& bytes) {
-  Unpacker unpacker(bytes, 1);
+/// @throws Error if the answer is one
+SurfaceMesh unpacked(const std::string& answer) {
+  Unpacker unpacker(answer);
+  std::string fault;
+  unpacker.take(fault);
+  if (!fault.empty()) {
+    throw Error(fault);
+  }
   SurfaceMesh mesh;
   unpacker.take(mesh.points);
   unpacker.take(mesh.faces);
@@ -141,19 +145,18 @@ void prepare_child(const std::string& path) {
   limit(RLIMIT_AS, static_cast<rlim_t>(pages * static_cast<double>(sysconf(_SC_PAGESIZE)) + more));
 }
 
-/// The child's message: a byte, then the packed mesh or the message of an error.
+/// What the child answers, packed.
 std::string answer(const std::string& path, const std::function<SurfaceMesh()>& read) {
-  const auto error = [](const std::string& message) { return static_cast<char>(Answer::error) + message; };
   try {
-    return static_cast<char>(Answer::mesh) + packed(read());
+    return packed("", read());
   } catch (const Error& failure) {
-    return error(failure.what());
+    return packed(failure.what());
   } catch (const std::bad_alloc&) {
-    return error(
+    return packed(
         path +
         ": reading it takes more memory than there is, or than a file of its size should, expected a sound file");
   } catch (const std::exception& failure) {
-    return error(path + ": cannot be read: " + failure.what());
+    return packed(path + ": cannot be read: " + failure.what());
   }
 }
 
@@ -212,9 +215,6 @@ SurfaceMesh read_in_child(const std::string& path, const std::function<SurfaceMe
                             signal == SIGXCPU ? "does not come to an end with it"
                             : signal != 0     ? fmt::format("dies of it ({})", strsignal(signal))
                                               : "fails on it"));
-  }
-  if (content.front() == static_cast<char>(Answer::error)) {
-    throw Error(content.substr(1));
   }
   return unpacked(content);
 }

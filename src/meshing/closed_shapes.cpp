@@ -70,9 +70,6 @@ SurfaceMesh icosahedron() {
   return mesh;
 }
 
-/// For a point of the unit sphere the angle from the lowest point, scaled to 0 to 1.
-double above_lowest(const Eigen::Vector3d& point) { return 1 - std::acos(std::clamp(point.z(), -1.0, 1.0)) / pi; }
-
 SurfaceMesh unit_icosphere(int level) {
   require_level(level, "an icosphere");
   SurfaceMesh mesh = icosahedron();
@@ -95,7 +92,6 @@ SurfaceMesh unit_icosphere(int level) {
     }
     mesh.faces = std::move(faces);
   }
-  wrap_uv(mesh, above_lowest);
   return mesh;
 }
 
@@ -130,12 +126,13 @@ SurfaceMesh unit_quad_sphere(int level) {
       }
     }
   }
-  wrap_uv(mesh, above_lowest);
   return mesh;
 }
 
+/// @param mesh on the unit sphere
 SurfaceMesh stretched(SurfaceMesh mesh, const Eigen::Vector3d& semi_axes) {
   require_above_0(semi_axes.minCoeff(), "an ellipsoid with a half axis");
+  wrap_uv(mesh, [](const Eigen::Vector3d& point) { return 1 - std::acos(std::clamp(point.z(), -1.0, 1.0)) / pi; });
   for (Eigen::Vector3d& point : mesh.points) {
     point = point.cwiseProduct(semi_axes);
   }

@@ -83,16 +83,12 @@ SurfaceMesh torus_mesh(std::array<int, 2> cells, double major_radius, double tub
       mesh.points.emplace_back(distance * std::cos(round), distance * std::sin(round), tube_radius * std::sin(tube));
     }
   }
+  const auto point = [n = n, m = m](int i, int j) { return i % n + n * (j % m); };
+  const auto uv = [n = n, m = m](double i, double j) { return Eigen::Vector2d(i / n, j / m); };
   for (int j = 0; j < m; ++j) {
     for (int i = 0; i < n; ++i) {
-      const int right = (i + 1) % n;
-      const int above = (j + 1) % m;
-      mesh.faces.push_back({i + n * j, right + n * j, right + n * above, i + n * above});
-      const double u = static_cast<double>(i) / n;
-      const double v = static_cast<double>(j) / m;
-      const double next_u = static_cast<double>(i + 1) / n;
-      const double next_v = static_cast<double>(j + 1) / m;
-      mesh.uv.push_back({{u, v}, {next_u, v}, {next_u, next_v}, {u, next_v}});
+      mesh.faces.push_back({point(i, j), point(i + 1, j), point(i + 1, j + 1), point(i, j + 1)});
+      mesh.uv.push_back({uv(i, j), uv(i + 1, j), uv(i + 1, j + 1), uv(i, j + 1)});
     }
   }
   return mesh;

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <unordered_map>
 #include <utility>
@@ -15,6 +14,13 @@ namespace {
 
 /// Dimension and number of a physical group or of a part of the model in Gmsh.
 using Key = std::pair<int, int>;
+
+/// A type of elements.
+struct Kind {
+  int dimension;
+  int corners;  ///< which come first
+  int nodes;
+};
 
 /// Reads the sections of a Gmsh file one after the other.
 class GmshReader {
@@ -188,8 +194,20 @@ class GmshReader {
   }
 
   void read_element(int element, int type, const std::vector<int>& groups) {
-    const auto known = kinds().find(type);
-    if (known == kinds().end()) {
+    // By number in Gmsh.
+    static const std::unordered_map<int, Kind> kinds{
+        {15, {0, 1, 1}},                                                                            // points
+        {1, {1, 2, 2}},   {8, {1, 2, 3}},   {26, {1, 2, 4}},  {27, {1, 2, 5}},  {28, {1, 2, 6}},    // lines
+        {2, {2, 3, 3}},   {9, {2, 3, 6}},   {20, {2, 3, 9}},  {21, {2, 3, 10}}, {22, {2, 3, 12}},   // triangles
+        {23, {2, 3, 15}}, {24, {2, 3, 15}}, {25, {2, 3, 21}},                                       // of order 4 and 5
+        {3, {2, 4, 4}},   {10, {2, 4, 9}},  {16, {2, 4, 8}},  {36, {2, 4, 16}}, {37, {2, 4, 25}},   // quads
+        {4, {3, 4, 4}},   {11, {3, 4, 10}}, {29, {3, 4, 20}}, {30, {3, 4, 35}}, {31, {3, 4, 56}},   // tetrahedra
+        {5, {3, 8, 8}},   {12, {3, 8, 27}}, {17, {3, 8, 20}}, {92, {3, 8, 64}}, {93, {3, 8, 125}},  // hexahedra
+        {6, {3, 6, 6}},   {13, {3, 6, 18}}, {18, {3, 6, 15}},                                       // prisms
+        {7, {3, 5, 5}},   {14, {3, 5, 14}}, {19, {3, 5, 13}},                                       // pyramids
+    };
+    const auto known = kinds.find(type);
+    if (known == kinds.end()) {
       file_.fail(
           fmt::format("element {} has type {}, expected points, lines, triangles and quads "
                       "(types 15, 1, 2, 3, or of higher order 8, 9, 10, 16)",
@@ -226,28 +244,6 @@ class GmshReader {
       mesh_.faces.push_back(std::move(points));
       left_out_.higher_order += kind.nodes > kind.corners ? 1 : 0;
     }
-  }
-
-  /// A type of elements.
-  struct Kind {
-    int dimension;
-    int corners;  ///< which come first
-    int nodes;
-  };
-  /// The types of Gmsh by number.
-  static const std::unordered_map<int, Kind>& kinds() {
-    static const std::unordered_map<int, Kind> kinds{
-        {15, {0, 1, 1}},                                                                            // points
-        {1, {1, 2, 2}},   {8, {1, 2, 3}},   {26, {1, 2, 4}},  {27, {1, 2, 5}},  {28, {1, 2, 6}},    // lines
-        {2, {2, 3, 3}},   {9, {2, 3, 6}},   {20, {2, 3, 9}},  {21, {2, 3, 10}}, {22, {2, 3, 12}},   // triangles
-        {23, {2, 3, 15}}, {24, {2, 3, 15}}, {25, {2, 3, 21}},                                       // of order 4 and 5
-        {3, {2, 4, 4}},   {10, {2, 4, 9}},  {16, {2, 4, 8}},  {36, {2, 4, 16}}, {37, {2, 4, 25}},   // quads
-        {4, {3, 4, 4}},   {11, {3, 4, 10}}, {29, {3, 4, 20}}, {30, {3, 4, 35}}, {31, {3, 4, 56}},   // tetrahedra
-        {5, {3, 8, 8}},   {12, {3, 8, 27}}, {17, {3, 8, 20}}, {92, {3, 8, 64}}, {93, {3, 8, 125}},  // hexahedra
-        {6, {3, 6, 6}},   {13, {3, 6, 18}}, {18, {3, 6, 15}},                                       // prisms
-        {7, {3, 5, 5}},   {14, {3, 5, 14}}, {19, {3, 5, 13}},                                       // pyramids
-    };
-    return kinds;
   }
 
   TextFile file_;

@@ -29,10 +29,7 @@ constexpr double most_cells = 256;   ///< of the grid, along it
 SurfaceMesh contour(const ImplicitSurface& surface, double spacing) {
   constexpr int padding = 2;
   const Eigen::Vector3d origin = surface.bounds.min() - Eigen::Vector3d::Constant(padding * spacing);
-  Eigen::Vector3i count;
-  for (int k = 0; k < 3; ++k) {
-    count[k] = static_cast<int>(std::ceil(surface.bounds.sizes()[k] / spacing)) + 2 * padding + 1;
-  }
+  Eigen::Vector3i count = (surface.bounds.sizes() / spacing).array().ceil().cast<int>() + (2 * padding + 1);
   vtkNew<vtkDoubleArray> values;
   values->SetNumberOfTuples(static_cast<vtkIdType>(count.x()) * count.y() * count.z());
   vtkIdType next = 0;
@@ -72,8 +69,8 @@ SurfaceMesh contour(const ImplicitSurface& surface, double spacing) {
 
 double area_of(const SurfaceMesh& mesh) {
   double area = 0;
-  for (const std::vector<int>& face : mesh.faces) {
-    area += area_vector(mesh.points[face[0]], mesh.points[face[1]], mesh.points[face[2]]).norm();
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
+    area += area_vector(mesh.corner(f, 0), mesh.corner(f, 1), mesh.corner(f, 2)).norm();
   }
   return area;
 }

@@ -7,17 +7,13 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <sstream>
 #include <tuple>
-#include <utility>
 
 #include "base/disjoint_sets.h"
 #include "base/error.h"
 #include "geometry/pi.h"
-#include "meshing/self_intersection.h"
 #include "meshing/triangulation.h"
-#include "meshing/weld.h"
 
 namespace pellicle {
 inline namespace meshing {
@@ -69,52 +65,6 @@ std::vector<Edge> edges_of(const std::vector<Side>& sides) {
     begin = end;
   }
   return edges;
-}
-
-const Eigen::Vector3d& corner_point(const SurfaceMesh& mesh, std::size_t face, std::size_t corner) {
-  const std::vector<int>& points = mesh.faces[face];
-  return mesh.points[points[corner % points.size()]];
-}
-
-/// 0, 1, 2, ...
-std::vector<int> numbers_up_to(std::size_t count) {
-  std::vector<int> numbers(count);
-  std::iota(numbers.begin(), numbers.end(), 0);
-  return numbers;
-}
-
-/// Keeps the faces that represent themselves and removes the others, whose groups go to their representatives.
-/// @param stands representative of each face, itself or one before it; -1: none @returns how many were removed
-int keep_faces(SurfaceMesh& mesh, const std::vector<int>& stands) {
-  std::vector<int> target;
-  int kept = 0;
-  for (const int standing : stands) {
-    const bool is_kept = standing == static_cast<int>(target.size());
-    target.push_back(is_kept ? kept++ : standing < 0 ? -1 : target[standing]);
-  }
-  const int removed = static_cast<int>(stands.size()) - kept;
-  if (removed == 0) {
-    return 0;
-  }
-  const auto keep = [&stands](auto& of_faces) {
-    auto all = std::exchange(of_faces, {});
-    for (std::size_t f = 0; f < all.size(); ++f) {
-      if (stands[f] == static_cast<int>(f)) {
-        of_faces.push_back(std::move(all[f]));
-      }
-    }
-  };
-  if (mesh.face_id.empty()) {
-    mesh.face_id = numbers_up_to(mesh.faces.size());
-  }
-  keep(mesh.face_id);
-  keep(mesh.faces);
-  keep(mesh.uv);
-  for (auto& entry : mesh.face_fields) {
-    keep(entry.second);
-  }
-  renumber(mesh.face_groups, target);
-  return removed;
 }
 
 /// Removes corners that repeat the corner before them, and faces of which fewer than three corners are left. @returns
@@ -169,21 +119,13 @@ int remove_repeated_faces(SurfaceMesh& mesh) {
 }
 
 int remove_unused_points(SurfaceMesh& mesh) {
-  std::vector<int> target(mesh.points.size(), -1);
+  std::vector<int> stands(mesh.points.size(), -1);
   for (const std::vector<int>& face : mesh.faces) {
     for (const int point : face) {
-      target[point] = 0;
+      stands[point] = point;
     }
   }
-  int used = 0;
-  for (int& number : target) {
-    number = number < 0 ? -1 : used++;
-  }
-  const int unused = static_cast<int>(target.size()) - used;
-  if (unused > 0 && used > 0) {
-    renumber_points(mesh, target);
-  }
-  return unused;
+  return keep_points(mesh, stands);
 }
 
 /// Six times the sum of the volumes between the first point and the fan of each face of a piece, and its scale, to
@@ -192,12 +134,12 @@ template <class Reversed>
 std::array<double, 2> six_volumes(const SurfaceMesh& mesh, const std::vector<int>& piece, const Reversed& reversed) {
   double sum = 0;
   double area = 0;
-  const Eigen::Vector3d origin = corner_point(mesh, piece.front(), 0);
+  const Eigen::Vector3d origin = mesh.corner(piece.front(), 0);
   for (const int face : piece) {
-    const Eigen::Vector3d first = corner_point(mesh, face, 0) - origin;
+    const Eigen::Vector3d first = mesh.corner(face, 0) - origin;
     for (std::size_t k = 2; k < mesh.faces[face].size(); ++k) {
-      const Eigen::Vector3d second = corner_point(mesh, face, k - 1) - origin;
-      const Eigen::Vector3d third = corner_point(mesh, face, k) - origin;
+      const Eigen::Vector3d second = mesh.corner(face, k - 1) - origin;
+      const Eigen::Vector3d third = mesh.corner(face, k) - origin;
       sum += (reversed(face) ? -1 : 1) * first.dot(second.cross(third));
       area += (second - first).cross(third - first).norm();
     }
@@ -309,8 +251,8 @@ void find_bad_faces(const SurfaceMesh& mesh, std::vector<int>& degenerate, std::
     std::vector<Eigen::Vector3d> normals;
     Eigen::Vector3d mean = Eigen::Vector3d::Zero();
     for (std::size_t k = 0; k < corners; ++k) {
-      const Eigen::Vector3d ahead = corner_point(mesh, f, k + 1) - corner_point(mesh, f, k);
-      const Eigen::Vector3d back = corner_point(mesh, f, k + corners - 1) - corner_point(mesh, f, k);
+      const Eigen::Vector3d ahead = mesh.corner(f, k + 1) - mesh.corner(f, k);
+      const Eigen::Vector3d back = mesh.corner(f, k + corners - 1) - mesh.corner(f, k);
       longest = std::max(longest, ahead.squaredNorm());
       normals.push_back(ahead.cross(back));
       largest = std::max(largest, normals.back().norm());
@@ -450,13 +392,13 @@ double radius_ratio(const Eigen::Vector3d& p, const Eigen::Vector3d& q, const Ei
 void measure_quality(const SurfaceMesh& mesh, MeshReport& report) {
   double sum_of_ratios = 0;
   report.smallest_angle = pi;
-  report.shortest_edge = (corner_point(mesh, 0, 1) - corner_point(mesh, 0, 0)).norm();
+  report.shortest_edge = (mesh.corner(0, 1) - mesh.corner(0, 0)).norm();
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
     const std::size_t corners = mesh.faces[f].size();
     Eigen::Vector3d twice_area = Eigen::Vector3d::Zero();
     for (std::size_t k = 0; k < corners; ++k) {
-      const Eigen::Vector3d ahead = corner_point(mesh, f, k + 1) - corner_point(mesh, f, k);
-      const Eigen::Vector3d back = corner_point(mesh, f, k + corners - 1) - corner_point(mesh, f, k);
+      const Eigen::Vector3d ahead = mesh.corner(f, k + 1) - mesh.corner(f, k);
+      const Eigen::Vector3d back = mesh.corner(f, k + corners - 1) - mesh.corner(f, k);
       const double angle = std::atan2(ahead.cross(back).norm(), ahead.dot(back));
       if (angle < report.smallest_angle) {
         report.smallest_angle = angle;
@@ -464,12 +406,12 @@ void measure_quality(const SurfaceMesh& mesh, MeshReport& report) {
       }
       report.shortest_edge = std::min(report.shortest_edge, ahead.norm());
       report.longest_edge = std::max(report.longest_edge, ahead.norm());
-      const Eigen::Vector3d& origin = corner_point(mesh, f, 0);
-      twice_area += (corner_point(mesh, f, k) - origin).cross(corner_point(mesh, f, k + 1) - origin);
+      const Eigen::Vector3d& origin = mesh.corner(f, 0);
+      twice_area += (mesh.corner(f, k) - origin).cross(mesh.corner(f, k + 1) - origin);
     }
     report.area += 0.5 * twice_area.norm();
     if (corners == 3) {
-      const double ratio = radius_ratio(corner_point(mesh, f, 0), corner_point(mesh, f, 1), corner_point(mesh, f, 2));
+      const double ratio = radius_ratio(mesh.corner(f, 0), mesh.corner(f, 1), mesh.corner(f, 2));
       report.smallest_radius_ratio = std::min(report.smallest_radius_ratio, ratio);
       sum_of_ratios += ratio;
     }
@@ -578,9 +520,9 @@ void measure_rounding(const SurfaceMesh& mesh, MeshReport& report) {
   double sides = 0;
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
     for (std::size_t k = 0; k < mesh.faces[f].size(); ++k) {
-      const Eigen::Vector3d& corner = corner_point(mesh, f, k);
+      const Eigen::Vector3d& corner = mesh.corner(f, k);
       farthest = std::max(farthest, corner.lpNorm<Eigen::Infinity>());
-      sum += (corner_point(mesh, f, k + 1) - corner).norm();
+      sum += (mesh.corner(f, k + 1) - corner).norm();
       ++sides;
     }
   }

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "meshing/pieces.h"
+#include "meshing/overlaps.h"
 #include "meshing/surface_mesh.h"
 
 namespace pellicle {

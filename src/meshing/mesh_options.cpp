@@ -60,17 +60,16 @@ void describe(OptionTable& table, MeshOptions& options) {
       .help(
           "mesh to generate, of quads: a flat rectangle, a torus round the z axis, a roof (an arch of quads that stand "
           "on their points, so that its boundary is a zigzag), a T-shirt that stands upright, a quad_ellipsoid, closed "
-          "(a blown-up cube); of triangles and closed: "
-          "an icosphere, an ellipsoid, a tube along z with half spheres at its ends, the smooth surface of the solids "
-          "mesh.blobs; of triangles and flat: a disc, a square (any rectangle) with one corner at the origin, a "
-          "quarter of an airbag; a file, when mesh.file names one, takes its place");
+          "(a blown-up cube); of triangles and closed: an icosphere, an ellipsoid, a tube along z with half spheres at "
+          "its ends, the smooth surface of the solids mesh.blobs; of triangles and flat: a disc, a square (any "
+          "rectangle) with one corner at the origin, a quarter of an airbag; a file, when mesh.file names one, takes "
+          "its place");
   table.add("mesh.file", options.file)
       .file()
       .not_read_again()
       .help(
           "mesh to read, whatever mesh.shape says: obj, off, ply, stl, vtp, vtu, vtk or msh; or mesh.h5, which "
-          "-mesh_only "
-          "writes, in parallel and as it is: no other option of mesh acts then; empty: generate one");
+          "-mesh_only writes, in parallel and as it is: no other option of mesh acts then; empty: generate one");
   add("mesh.cells", options.cells,
       {MeshShape::rectangle, MeshShape::torus, MeshShape::roof, MeshShape::shirt, MeshShape::square})
       .length(2)
@@ -95,8 +94,7 @@ void describe(OptionTable& table, MeshOptions& options) {
       .range(0, 9)
       .help(
           "how often the triangles of the icosahedron are split, 10 * 4^level + 2 vertices, or the sides of the cube, "
-          "6 * "
-          "4^level quads");
+          "6 * 4^level quads");
   add("mesh.radius", options.radius, {MeshShape::icosphere, MeshShape::tube, MeshShape::disc})
       .more_than(0)
       .unit("m")
@@ -122,31 +120,29 @@ void describe(OptionTable& table, MeshOptions& options) {
   });
   const Condition placed{"no mesh.file of -mesh_only, which is in its place",
                          [&options] { return !options.has_partition(); }};
-  table.add("mesh.scale", options.scale)
-      .acts_with(placed)
+  const auto add_placed = [&](const char* key, auto& variable) -> Option& {
+    return table.add(key, variable).acts_with(placed);
+  };
+  add_placed("mesh.scale", options.scale)
       .more_than(0)
       .help("factor on all coordinates, such as 0.001 for a file in mm");
-  table.add("mesh.volume", options.volume)
-      .acts_with(placed)
+  add_placed("mesh.volume", options.volume)
       .more_than(0)
       .unit("m^3")
       .help("then scaled, about the origin, to enclose this volume; the mesh must be closed");
-  table.add("mesh.merge", options.merge)
-      .acts_with(placed)
+  add_placed("mesh.merge", options.merge)
       .help("points at the same place become one; false keeps them apart, as for two layers that lie on each other");
-  table.add("mesh.merge_distance", options.merge_distance)
-      .acts_with(placed)
+  add_placed("mesh.merge_distance", options.merge_distance)
       .acts_with({"mesh.merge", [&options] { return options.merge; }})
       .at_least(0)
       .unit("m")
       .help(
           "points no further apart count as at the same place, measured before mesh.volume scales the mesh; 0: at "
           "exactly the same place");
-  table.add("mesh.rotation", options.rotation)
-      .acts_with(placed)
+  add_placed("mesh.rotation", options.rotation)
       .unit("rad")
       .help("then turned by these angles about the axes x, y and z, in this order, through the origin");
-  table.add("mesh.shift", options.shift).acts_with(placed).unit("m").help("then moved by this vector");
+  add_placed("mesh.shift", options.shift).unit("m").help("then moved by this vector");
 }
 
 SurfaceMesh make_mesh(const MeshOptions& options) {

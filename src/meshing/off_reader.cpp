@@ -15,8 +15,7 @@ namespace {
 /// (ST) come in this order.
 struct BehindPoints {
   bool has_texture = false;
-  std::vector<std::size_t> counts{0};  ///< that are possible
-  std::optional<std::size_t> count;    ///< that the first point has, and so all have
+  std::vector<std::size_t> counts{0};  ///< that are possible; behind the first point the one that it has
 };
 
 /// @param prefixes of the word OFF; without any points may all the same have a normal, a colour, or both
@@ -59,13 +58,13 @@ std::optional<Eigen::Vector2d> read_behind(TextFile& file, BehindPoints& behind,
   const auto fail = [&](const std::string& expected) {
     file.fail(fmt::format("point {} has {} numbers, expected {}", point, 3 + count, expected));
   };
-  if (!behind.count) {
+  if (point == 0) {
     if (std::find(behind.counts.begin(), behind.counts.end(), count) == behind.counts.end()) {
       fail("3 coordinates, and behind them the normal and the colour that the header announces");
     }
-    behind.count = count;
-  } else if (count != *behind.count) {
-    fail(fmt::format("{} as point 0 has", 3 + *behind.count));
+    behind.counts = {count};
+  } else if (count != behind.counts.front()) {
+    fail(fmt::format("{} as point 0 has", 3 + behind.counts.front()));
   }
   if (!behind.has_texture || count == 0) {
     file.skip_line();

@@ -1,5 +1,3 @@
-#include "meshing/generators.h"
-
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
@@ -10,6 +8,7 @@
 
 #include "base/error.h"
 #include "geometry/pi.h"
+#include "meshing/generators.h"
 
 namespace pellicle {
 inline namespace meshing {
@@ -135,24 +134,20 @@ SurfaceMesh sew(const Cut& cut) {
   return mesh;
 }
 
-/// Whether each point has its place, and whether it is at an opening.
-struct Held {
-  std::vector<bool> any;
-  std::vector<bool> rim;
-};
+/// Whether a point has its place, and whether it is at an opening.
+enum class Hold { free, held, rim };
 
 /// Gives the rims, the straight parts behind them and the shoulder seams their places, and names the groups.
-Held fit(SurfaceMesh& mesh, const Cut& cut, double width, double height) {
+std::vector<Hold> fit(SurfaceMesh& mesh, const Cut& cut, double width, double height) {
   using Vector = Eigen::Vector3d;
-  Held constrained{std::vector<bool>(mesh.points.size(), false), std::vector<bool>(mesh.points.size(), false)};
+  std::vector<Hold> holds(mesh.points.size(), Hold::free);
   const auto hold = [&](int point, const Vector& place) {
     mesh.points[point] = place;
-    constrained.any[point] = true;
+    holds[point] = std::max(holds[point], Hold::held);
   };
   const auto hold_rim = [&](int point, const Vector& place, const char* group) {
-    hold(point, place);
-    if (!constrained.rim[point]) {
-      constrained.rim[point] = true;
+    mesh.points[point] = place;
+    if (std::exchange(holds[point], Hold::rim) != Hold::rim) {
       mesh.groups[group].push_back(point);
     }
   };
@@ -214,17 +209,17 @@ Held fit(SurfaceMesh& mesh, const Cut& cut, double width, double height) {
   for (auto& group : mesh.groups) {
     std::sort(group.second.begin(), group.second.end());
   }
-  return constrained;
+  return holds;
 }
 
 /// Puts all other points where the sum of squared umbrella vectors of the points off the rims is least.
-void span(SurfaceMesh& mesh, const Held& constrained) {
+void span(SurfaceMesh& mesh, const std::vector<Hold>& holds) {
   const auto points = static_cast<Eigen::Index>(mesh.points.size());
   std::vector<Eigen::Triplet<double>> entries;
   for (const std::vector<int>& face : mesh.faces) {
     for (std::size_t k = 0; k < 4; ++k) {
       // The other face at the edge goes along it the other way.
-      if (!constrained.rim[face[k]]) {
+      if (holds[face[k]] != Hold::rim) {
         entries.emplace_back(face[k], face[(k + 1) % 4], 1);
         entries.emplace_back(face[k], face[k], -1);
       }
@@ -239,7 +234,7 @@ void span(SurfaceMesh& mesh, const Held& constrained) {
   Eigen::MatrixX3d known(points, 3);
   for (Eigen::Index i = 0; i < points; ++i) {
     known.row(i) = mesh.points[i];
-    if (!constrained.any[i]) {
+    if (holds[i] == Hold::free) {
       entries.emplace_back(static_cast<int>(i), count++, 1);
     }
   }
@@ -267,8 +262,7 @@ SurfaceMesh shirt_mesh(std::array<int, 2> cells, std::array<double, 2> size) {
                     2.0 * cells[0] * cells[1]);  // front and back, without the sleeves
   const Cut cut(cells);
   SurfaceMesh mesh = sew(cut);
-  const Held constrained = fit(mesh, cut, size[0], size[1]);
-  span(mesh, constrained);
+  span(mesh, fit(mesh, cut, size[0], size[1]));
   return mesh;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <map>
 #include <string>
 #include <vector>
@@ -26,6 +27,10 @@ struct SurfaceMesh {
   std::vector<int> point_id;
   std::vector<int> face_id;
 
+  /// Place of a corner of a face; corners are counted on round it [m].
+  const Eigen::Vector3d& corner(std::size_t face, std::size_t k) const {
+    return points[faces[face][k % faces[face].size()]];
+  }
   /// Number in the file of a point or face.
   int id_of_point(int point) const { return point_id.empty() ? point : point_id[point]; }
   int id_of_face(int face) const { return face_id.empty() ? face : face_id[face]; }
@@ -42,15 +47,22 @@ void require_mesh_size(const std::string& what, double faces);
 std::vector<std::vector<Eigen::Vector2d>> uv_of_corners(const SurfaceMesh& mesh,
                                                         const std::vector<Eigen::Vector2d>& uv_of_points);
 
+/// 0, 1, 2, ...
+std::vector<int> numbers_up_to(std::size_t count);
 /// Sorts numbers and removes repetitions.
 void sort_members(std::vector<int>& members);
 
-/// Renumbers the members of groups: `i` becomes `target[i]`, or is removed if that is negative. They stay ascending.
-void renumber(std::map<std::string, std::vector<int>>& groups, const std::vector<int>& target);
+/// Removes points, or faces, that do not represent themselves. What remains is numbered without gaps; point_id, groups,
+/// uv and fields follow, and faces and groups name the representatives. Points that all are without one stay.
+/// @param stands representative of each, itself or one before it; -1: none, of points that no face has
+/// @returns how many were removed
+int keep_points(SurfaceMesh& mesh, const std::vector<int>& stands);
+int keep_faces(SurfaceMesh& mesh, const std::vector<int>& stands);
 
-/// Renumbers the points: point i becomes `target[i]`, or is removed if that is negative. If several points get the same
-/// new number the first gives the position. Faces, groups and point_id follow.
-void renumber_points(SurfaceMesh& mesh, const std::vector<int>& target);
+/// Merges points no further apart than `distance` [m], also through points between them, into the one of the lowest
+/// number. @returns the number of removed points
+/// @throws Error if so many points are so near that not all pairs can be compared
+int weld(SurfaceMesh& mesh, double distance = 0);
 
 }  // namespace meshing
 }  // namespace pellicle

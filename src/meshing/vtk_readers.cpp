@@ -141,27 +141,12 @@ void check_cells(vtkDataSet* data, const std::string& path, bool is_legacy) {
 
 /// Number of corners of a surface cell, which are its first points; 0: no surface cell that can be read.
 vtkIdType corners_of(int type, vtkIdType points) {
-  switch (type) {
-    case VTK_TRIANGLE:
-    case VTK_QUAD:
-    case VTK_PIXEL:
-    case VTK_POLYGON:
-    case VTK_TRIANGLE_STRIP:
-      return points;
-    case VTK_QUADRATIC_TRIANGLE:
-    case VTK_BIQUADRATIC_TRIANGLE:
-    case VTK_LAGRANGE_TRIANGLE:
-    case VTK_BEZIER_TRIANGLE:
-      return 3;
-    case VTK_QUADRATIC_QUAD:
-    case VTK_BIQUADRATIC_QUAD:
-    case VTK_QUADRATIC_LINEAR_QUAD:
-    case VTK_LAGRANGE_QUADRILATERAL:
-    case VTK_BEZIER_QUADRILATERAL:
-      return 4;
-    default:
-      return 0;
-  }
+  static const std::set<int> all{VTK_TRIANGLE, VTK_QUAD, VTK_PIXEL, VTK_POLYGON, VTK_TRIANGLE_STRIP};
+  static const std::set<int> of_triangle{VTK_QUADRATIC_TRIANGLE, VTK_BIQUADRATIC_TRIANGLE, VTK_LAGRANGE_TRIANGLE,
+                                         VTK_BEZIER_TRIANGLE};
+  static const std::set<int> of_quad{VTK_QUADRATIC_QUAD, VTK_BIQUADRATIC_QUAD, VTK_QUADRATIC_LINEAR_QUAD,
+                                     VTK_LAGRANGE_QUADRILATERAL, VTK_BEZIER_QUADRILATERAL};
+  return all.count(type) != 0 ? points : of_triangle.count(type) != 0 ? 3 : of_quad.count(type) != 0 ? 4 : 0;
 }
 
 /// Dimension of a cell, 0 to 3; 2 also for types that VTK does not know.

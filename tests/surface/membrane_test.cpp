@@ -9,8 +9,8 @@
 #include <set>
 
 #include "meshing/generators.h"
+#include "meshing/surface_mesh.h"
 #include "meshing/triangulation.h"
-#include "meshing/weld.h"
 #include "parallel/field.h"
 #include "tests/support/balls.h"
 

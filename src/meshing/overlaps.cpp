@@ -1,4 +1,4 @@
-#include "meshing/pieces.h"
+#include "meshing/overlaps.h"
 
 #include <algorithm>
 #include <map>
@@ -6,13 +6,55 @@
 #include "base/disjoint_sets.h"
 #include "geometry/pi.h"
 #include "geometry/pressure_load.h"
+#include "geometry/triangle_intersection.h"
 #include "meshing/box_pairs.h"
 
 namespace pellicle {
 inline namespace meshing {
 
+SelfIntersections count_self_intersections(const std::vector<Eigen::Vector3d>& points,
+                                           const std::vector<std::array<int, 3>>& triangles) {
+  Box whole;
+  for (const Eigen::Vector3d& point : points) {
+    whole.extend(point);
+  }
+  // Triangles that lie in one plane do not cut each other.
+  if (triangles.empty() || whole.sizes().minCoeff() == 0) {
+    return {};
+  }
+  const auto corners = [&](int triangle) -> Triangle {
+    const std::array<int, 3>& t = triangles[triangle];
+    return {points[t[0]], points[t[1]], points[t[2]]};
+  };
+  const auto have_common_point = [&triangles](int a, int b) {
+    const std::array<int, 3>& points_of_a = triangles[a];
+    const std::array<int, 3>& points_of_b = triangles[b];
+    return std::find_first_of(points_of_b.begin(), points_of_b.end(), points_of_a.begin(), points_of_a.end()) !=
+           points_of_b.end();
+  };
+  std::vector<Box> boxes;
+  for (const std::array<int, 3>& triangle : triangles) {
+    Box& box = boxes.emplace_back();
+    for (const int point : triangle) {
+      box.extend(points[point]);
+    }
+  }
+  SelfIntersections found;
+  found.all = visit_pairs(boxes, boxes, [&](int a, int b) {
+    if (a >= b || have_common_point(a, b)) {
+      return 0;
+    }
+    if (triangles_intersect(corners(a), corners(b))) {
+      ++found.pairs;
+      found.first = found.first[0] < 0 ? std::array{a, b} : std::min(found.first, std::array{a, b});
+    }
+    return 20;
+  });
+  return found;
+}
+
 Slits find_slits(const SurfaceMesh& mesh, const std::vector<std::array<int, 2>>& boundary) {
-  const auto at = [&mesh](int point) -> const Eigen::Vector3d& { return mesh.points[point]; };
+  const std::vector<Eigen::Vector3d>& at = mesh.points;
   double farthest = 0;
   for (const Eigen::Vector3d& point : mesh.points) {
     farthest = std::max(farthest, point.lpNorm<Eigen::Infinity>());
@@ -24,7 +66,7 @@ Slits find_slits(const SurfaceMesh& mesh, const std::vector<std::array<int, 2>>&
   for (const auto& [a, b] : boundary) {
     for (const int end : {a, b}) {
       double& longest = reach[end];
-      longest = std::max(longest, (at(b) - at(a)).norm());
+      longest = std::max(longest, (at[b] - at[a]).norm());
     }
   }
   std::vector<int> points;
@@ -43,7 +85,7 @@ Slits find_slits(const SurfaceMesh& mesh, const std::vector<std::array<int, 2>>&
   visit_pairs(round_points, round_points, [&](int first, int second) {
     const int a = points[first];
     const int b = points[second];
-    const double gap = (at(a) - at(b)).norm();
+    const double gap = (at[a] - at[b]).norm();
     if (a != b && gap > 0 && gap <= std::min(reach[a], reach[b])) {
       is_near[a] = is_near[b] = true;
       slits.largest_gap = std::max(slits.largest_gap, gap);
@@ -54,19 +96,19 @@ Slits find_slits(const SurfaceMesh& mesh, const std::vector<std::array<int, 2>>&
 
   std::vector<Box> round_sides;
   for (const auto& [a, b] : boundary) {
-    Box box(at(a));
-    box.extend(at(b));
+    Box box(at[a]);
+    box.extend(at[b]);
     const Eigen::Vector3d margin = Eigen::Vector3d::Constant(std::max(reach[a], reach[b]));
     round_sides.emplace_back(box.min() - margin, box.max() + margin);
   }
   visit_pairs(round_points, round_sides, [&](int number, int side) {
     const int point = points[number];
     const auto& [a, b] = boundary[side];
-    const Eigen::Vector3d along = at(b) - at(a);
+    const Eigen::Vector3d along = at[b] - at[a];
     const double length = along.norm();
-    const double place = (at(point) - at(a)).dot(along) / length;  // [m] from a
+    const double place = (at[point] - at[a]).dot(along) / length;  // [m] from a
     const double near = std::min({reach[point], reach[a], reach[b]});
-    if (place > near && place < length - near && (at(point) - at(a) - place / length * along).norm() <= near) {
+    if (place > near && place < length - near && (at[point] - at[a] - place / length * along).norm() <= near) {
       slits.on_sides.push_back(point);
     }
     return 1;
@@ -77,7 +119,7 @@ Slits find_slits(const SurfaceMesh& mesh, const std::vector<std::array<int, 2>>&
 
 NestedPieces find_nested_pieces(const SurfaceMesh& mesh, const std::vector<std::array<int, 3>>& triangles,
                                 const std::vector<std::array<int, 2>>& boundary) {
-  const auto at = [&mesh](int point) -> const Eigen::Vector3d& { return mesh.points[point]; };
+  const std::vector<Eigen::Vector3d>& at = mesh.points;
   DisjointSets sets(mesh.points.size());
   for (const auto& [a, b, c] : triangles) {
     sets.unite(a, b);
@@ -100,7 +142,7 @@ NestedPieces find_nested_pieces(const SurfaceMesh& mesh, const std::vector<std::
       piece.point = static_cast<int>(lowest);
       piece.triangles.push_back(triangle);
       for (const int point : triangle) {
-        piece.box.extend(at(point));
+        piece.box.extend(at[point]);
       }
     }
   }
@@ -119,7 +161,7 @@ NestedPieces find_nested_pieces(const SurfaceMesh& mesh, const std::vector<std::
     }
     double angle = 0;  // 4 pi seen from inside, 0 from outside
     for (const auto& [i, j, k] : b.triangles) {
-      angle += solid_angle(at(i) - at(a.point), at(j) - at(a.point), at(k) - at(a.point));
+      angle += solid_angle(at[i] - at[a.point], at[j] - at[a.point], at[k] - at[a.point]);
     }
     if (angle > 2 * pi) {
       round[inner] = b.point;
