@@ -48,7 +48,10 @@ TextFile::TextFile(const std::string& path, bool comments, std::set<std::string_
 /// The next line, without what ends it and without a comment.
 std::string_view TextFile::take_line() {
   const std::size_t begin = next_;
-  const std::size_t end = std::min(content_.find_first_of("\r\n", begin), content_.size());
+  std::size_t end = begin;
+  while (end < content_.size() && content_[end] != '\n' && content_[end] != '\r') {
+    ++end;
+  }
   // Where a carriage return alone has ended the line before, it does so here: a line feed behind it is something else.
   const bool ends_with_both = content_.compare(end, 2, "\r\n") == 0 && (begin == 0 || content_[begin - 1] != '\r');
   next_ = std::min(end + (ends_with_both ? 2 : 1), content_.size());
