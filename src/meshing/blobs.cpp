@@ -27,30 +27,30 @@ bool has_two_ends(const BlobOptions& options) {
   return options.shape == BlobShape::capsule || options.shape == BlobShape::cylinder;
 }
 
-[[noreturn]] void refuse(const std::string& key, double given, const std::string& expected) {
-  throw Error(fmt::format("{}: {} m given, expected {}", key, number_text(given), expected));
+void refuse_if(bool is_wrong, const std::string& key, double given, const std::string& expected) {
+  if (is_wrong) {
+    throw Error(fmt::format("{}: {} m given, expected {}", key, number_text(given), expected));
+  }
 }
 
 void require_valid(const std::string& key, const BlobOptions& options) {
+  const double r = options.radius;
+  const double end_radius = options.end_radius.value_or(r);
   const double length = (options.end - options.centre).norm();
+  const double least_size = options.size.minCoeff();
+  const bool is_box = options.shape == BlobShape::box;
   if (has_two_ends(options) && !(length > 0)) {
     throw Error(key + ".end: the same as centre, expected another point");
   }
-  if (options.shape == BlobShape::capsule &&
-      std::abs(options.radius - options.end_radius.value_or(options.radius)) >= length) {
-    refuse(key + ".end_radius", *options.end_radius, "one end that is not inside the other");
-  }
-  if ((options.shape == BlobShape::box || options.shape == BlobShape::ellipsoid) && !(options.size.minCoeff() > 0)) {
-    refuse(key + ".size", options.size.minCoeff(), "lengths above 0");
-  }
-  const double thinnest =
-      options.shape == BlobShape::box ? options.size.minCoeff() : std::min(2 * options.radius, length);
-  if ((options.shape == BlobShape::box || options.shape == BlobShape::cylinder) && options.round > 0.5 * thinnest) {
-    refuse(key + ".round", options.round, "at most half of its thickness");
-  }
-  if (options.shape == BlobShape::torus && options.tube_radius >= options.radius) {
-    refuse(key + ".tube_radius", options.tube_radius, "less than the radius");
-  }
+  refuse_if(options.shape == BlobShape::capsule && std::abs(r - end_radius) >= length, key + ".end_radius", end_radius,
+            "one end that is not inside the other");
+  refuse_if((is_box || options.shape == BlobShape::ellipsoid) && !(least_size > 0), key + ".size", least_size,
+            "lengths above 0");
+  refuse_if((is_box || options.shape == BlobShape::cylinder) &&
+                options.round > 0.5 * (is_box ? least_size : std::min(2 * r, length)),
+            key + ".round", options.round, "at most half of its thickness");
+  refuse_if(options.shape == BlobShape::torus && options.tube_radius >= r, key + ".tube_radius", options.tube_radius,
+            "less than the radius");
 }
 
 }  // namespace
@@ -113,10 +113,9 @@ Blobs::Blobs(const std::map<std::string, BlobOptions>& options) {
     const Eigen::Matrix3d rotation =
         has_two_ends(given) ? rotation_between(Eigen::Vector3d::UnitZ(), arm) : rotation_about_axes(given.rotation);
     const Solid solid{name, given, rotation.transpose(), arm.norm(), width_of_blend * given.blend};
-    if (const double least = 1e-6 * solid.reach(); given.blend < least) {
-      refuse("mesh.blobs." + name + ".blend", given.blend,
-             "at least " + number_text(least) + ", a millionth of its size");
-    }
+    const double least = 1e-6 * solid.reach();
+    refuse_if(given.blend < least, "mesh.blobs." + name + ".blend", given.blend,
+              "at least " + number_text(least) + ", a millionth of its size");
     (given.operation == BlobOperation::add ? added_ : subtracted_).push_back(solid);
   }
   if (added_.empty()) {

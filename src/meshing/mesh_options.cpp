@@ -13,42 +13,6 @@
 namespace pellicle {
 inline namespace meshing {
 
-namespace {
-
-SurfaceMesh generated_mesh(const MeshOptions& options) {
-  const std::array<int, 2> cells{options.cells.at(0), options.cells.at(1)};
-  const std::array<double, 2> size{options.size.at(0), options.size.at(1)};
-  switch (options.shape) {
-    case MeshShape::rectangle:
-      return rectangle_mesh(cells, size);
-    case MeshShape::torus:
-      return torus_mesh(cells, options.major_radius, options.tube_radius);
-    case MeshShape::roof:
-      return roof_mesh(cells, size, options.arch);
-    case MeshShape::shirt:
-      return shirt_mesh(cells, size);
-    case MeshShape::icosphere:
-      return icosphere_mesh(options.level, options.radius);
-    case MeshShape::ellipsoid:
-      return ellipsoid_mesh(options.level, options.semi_axes);
-    case MeshShape::quad_ellipsoid:
-      return quad_ellipsoid_mesh(options.level, options.semi_axes);
-    case MeshShape::tube:
-      return tube_mesh(options.length, options.radius, options.vertices);
-    case MeshShape::blobs:
-      return blobs_mesh(options.blobs, options.vertices);
-    case MeshShape::disc:
-      return disc_mesh(options.rings, options.radius);
-    case MeshShape::square:
-      return square_mesh(cells, size);
-    case MeshShape::file:
-      break;
-  }
-  throw Error("mesh.shape: 'file', but mesh.file is empty, expected the name of a mesh file");
-}
-
-}  // namespace
-
 void describe(OptionTable& table, MeshOptions& options) {
   // A file takes the place of a generated mesh.
   const Condition generated{"no mesh.file", [&options] { return options.file.empty(); }};
@@ -60,16 +24,17 @@ void describe(OptionTable& table, MeshOptions& options) {
       .help(
           "mesh to generate, of quads: a flat rectangle, a torus round the z axis, a roof (an arch of quads that stand "
           "on their points, so that its boundary is a zigzag), a T-shirt that stands upright, a quad_ellipsoid, closed "
-          "(a blown-up cube); of triangles and closed: an icosphere, an ellipsoid, a tube along z with half spheres at "
-          "its ends, the smooth surface of the solids mesh.blobs; of triangles and flat: a disc, a square (any "
-          "rectangle) with one corner at the origin, a quarter of an airbag; a file, when mesh.file names one, takes "
-          "its place");
+          "(a blown-up cube); of triangles and closed: "
+          "an icosphere, an ellipsoid, a tube along z with half spheres at its ends, the smooth surface of the solids "
+          "mesh.blobs; of triangles and flat: a disc, a square (any rectangle) with one corner at the origin, a "
+          "quarter of an airbag; a file, when mesh.file names one, takes its place");
   table.add("mesh.file", options.file)
       .file()
       .not_read_again()
       .help(
           "mesh to read, whatever mesh.shape says: obj, off, ply, stl, vtp, vtu, vtk or msh; or mesh.h5, which "
-          "-mesh_only writes, in parallel and as it is: no other option of mesh acts then; empty: generate one");
+          "-mesh_only "
+          "writes, in parallel and as it is: no other option of mesh acts then; empty: generate one");
   add("mesh.cells", options.cells,
       {MeshShape::rectangle, MeshShape::torus, MeshShape::roof, MeshShape::shirt, MeshShape::square})
       .length(2)
@@ -94,7 +59,8 @@ void describe(OptionTable& table, MeshOptions& options) {
       .range(0, 9)
       .help(
           "how often the triangles of the icosahedron are split, 10 * 4^level + 2 vertices, or the sides of the cube, "
-          "6 * 4^level quads");
+          "6 * "
+          "4^level quads");
   add("mesh.radius", options.radius, {MeshShape::icosphere, MeshShape::tube, MeshShape::disc})
       .more_than(0)
       .unit("m")
@@ -120,33 +86,75 @@ void describe(OptionTable& table, MeshOptions& options) {
   });
   const Condition placed{"no mesh.file of -mesh_only, which is in its place",
                          [&options] { return !options.has_partition(); }};
-  const auto add_placed = [&](const char* key, auto& variable) -> Option& {
-    return table.add(key, variable).acts_with(placed);
-  };
-  add_placed("mesh.scale", options.scale)
+  table.add("mesh.scale", options.scale)
+      .acts_with(placed)
       .more_than(0)
       .help("factor on all coordinates, such as 0.001 for a file in mm");
-  add_placed("mesh.volume", options.volume)
+  table.add("mesh.volume", options.volume)
+      .acts_with(placed)
       .more_than(0)
       .unit("m^3")
       .help("then scaled, about the origin, to enclose this volume; the mesh must be closed");
-  add_placed("mesh.merge", options.merge)
+  table.add("mesh.merge", options.merge)
+      .acts_with(placed)
       .help("points at the same place become one; false keeps them apart, as for two layers that lie on each other");
-  add_placed("mesh.merge_distance", options.merge_distance)
+  table.add("mesh.merge_distance", options.merge_distance)
+      .acts_with(placed)
       .acts_with({"mesh.merge", [&options] { return options.merge; }})
       .at_least(0)
       .unit("m")
       .help(
           "points no further apart count as at the same place, measured before mesh.volume scales the mesh; 0: at "
           "exactly the same place");
-  add_placed("mesh.rotation", options.rotation)
+  table.add("mesh.rotation", options.rotation)
+      .acts_with(placed)
       .unit("rad")
       .help("then turned by these angles about the axes x, y and z, in this order, through the origin");
-  add_placed("mesh.shift", options.shift).unit("m").help("then moved by this vector");
+  table.add("mesh.shift", options.shift).acts_with(placed).unit("m").help("then moved by this vector");
 }
 
+namespace {
+
+/// The mesh before it is placed.
+SurfaceMesh unplaced_mesh(const MeshOptions& options) {
+  if (!options.file.empty()) {
+    return read_mesh(options.file);
+  }
+  if (options.shape == MeshShape::file) {
+    throw Error("mesh.shape: 'file', but mesh.file is empty, expected the name of a mesh file");
+  }
+  const std::array<int, 2> cells{options.cells.at(0), options.cells.at(1)};
+  const std::array<double, 2> size{options.size.at(0), options.size.at(1)};
+  switch (options.shape) {
+    case MeshShape::torus:
+      return torus_mesh(cells, options.major_radius, options.tube_radius);
+    case MeshShape::roof:
+      return roof_mesh(cells, size, options.arch);
+    case MeshShape::shirt:
+      return shirt_mesh(cells, size);
+    case MeshShape::icosphere:
+      return icosphere_mesh(options.level, options.radius);
+    case MeshShape::ellipsoid:
+      return ellipsoid_mesh(options.level, options.semi_axes);
+    case MeshShape::quad_ellipsoid:
+      return quad_ellipsoid_mesh(options.level, options.semi_axes);
+    case MeshShape::tube:
+      return tube_mesh(options.length, options.radius, options.vertices);
+    case MeshShape::blobs:
+      return blobs_mesh(options.blobs, options.vertices);
+    case MeshShape::disc:
+      return disc_mesh(options.rings, options.radius);
+    case MeshShape::square:
+      return square_mesh(cells, size);
+    default:
+      return rectangle_mesh(cells, size);
+  }
+}
+
+}  // namespace
+
 SurfaceMesh make_mesh(const MeshOptions& options) {
-  SurfaceMesh mesh = options.file.empty() ? generated_mesh(options) : read_mesh(options.file);
+  SurfaceMesh mesh = unplaced_mesh(options);
   const Eigen::Matrix3d rotation = rotation_about_axes(options.rotation);
   for (Eigen::Vector3d& point : mesh.points) {
     point = options.shift + rotation * (options.scale * point);

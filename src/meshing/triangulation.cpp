@@ -34,16 +34,14 @@ std::vector<Corners> split_face(const SurfaceMesh& mesh, std::size_t face) {
 }
 
 SurfaceMesh triangulated(const SurfaceMesh& mesh) {
-  SurfaceMesh result = mesh;
   if (std::all_of(mesh.faces.begin(), mesh.faces.end(), [](const auto& face) { return face.size() == 3; })) {
-    return result;
+    return mesh;
   }
-  result.faces.clear();
-  result.face_id.clear();
-  result.uv.clear();
-  for (auto& entry : result.face_fields) {
-    entry.second.clear();
-  }
+  SurfaceMesh result;
+  result.points = mesh.points;
+  result.groups = mesh.groups;
+  result.remarks = mesh.remarks;
+  result.point_id = mesh.point_id;
   std::vector<int> first_triangle;  // of each face
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
     first_triangle.push_back(static_cast<int>(result.faces.size()));
@@ -67,7 +65,6 @@ SurfaceMesh triangulated(const SurfaceMesh& mesh) {
   first_triangle.push_back(static_cast<int>(result.faces.size()));
   for (const auto& [name, faces] : mesh.face_groups) {
     std::vector<int>& triangles = result.face_groups[name];
-    triangles.clear();
     for (const int face : faces) {
       for (int triangle = first_triangle[face]; triangle < first_triangle[face + 1]; ++triangle) {
         triangles.push_back(triangle);
