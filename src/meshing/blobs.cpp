@@ -62,7 +62,7 @@ void describe(OptionTable& table, BlobOptions& options) {
       .help("whether the solid is joined to the others or taken away from them; all adding comes first");
   table.add("centre", options.centre).unit("m").help("its centre; of capsule and cylinder that of the first end");
   const auto add = [&](const char* key, auto& variable, const char* unit,
-                       const std::vector<BlobShape>& shapes) -> Option& {
+                       const std::vector<BlobShape>& shapes) -> auto& {
     return table.add(key, variable).unit(unit).acts_with(one_of("shape", options.shape, shapes));
   };
   add("radius", options.radius, "m", {BlobShape::sphere, BlobShape::capsule, BlobShape::cylinder, BlobShape::torus})

@@ -33,18 +33,18 @@ void require_level(int level, const char* what) {
 template <class Height>
 void wrap_uv(SurfaceMesh& mesh, const Height& height) {
   for (const std::vector<int>& face : mesh.faces) {
-    const auto at = [&](std::size_t k) -> const Eigen::Vector3d& { return mesh.points[face[k]]; };
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-    for (std::size_t k = 0; k < face.size(); ++k) {
-      centre += at(k);
+    for (const int number : face) {
+      centre += mesh.points[number];
     }
     const double middle = std::atan2(centre.y(), centre.x());
     std::vector<Eigen::Vector2d>& corners = mesh.uv.emplace_back();
-    for (std::size_t k = 0; k < face.size(); ++k) {
+    for (const int number : face) {
       // Seen from the middle of the face, so that a face at the seam stays on its side; a pole gets the u of the face.
-      const bool pole = std::hypot(at(k).x(), at(k).y()) < 1e-9 * at(k).norm();
-      const double turn = pole ? 0 : std::remainder(std::atan2(at(k).y(), at(k).x()) - middle, 2 * pi);
-      corners.emplace_back(std::clamp(0.5 + (middle + turn) / (2 * pi), 0.0, 1.0), height(at(k)));
+      const Eigen::Vector3d& point = mesh.points[number];
+      const bool pole = std::hypot(point.x(), point.y()) < 1e-9 * point.norm();
+      const double turn = pole ? 0 : std::remainder(std::atan2(point.y(), point.x()) - middle, 2 * pi);
+      corners.emplace_back(std::clamp(0.5 + (middle + turn) / (2 * pi), 0.0, 1.0), height(point));
     }
   }
 }

@@ -12,9 +12,6 @@ inline namespace meshing {
 
 namespace {
 
-/// Dimension and number of a physical group or of a part of the model in Gmsh.
-using Key = std::pair<int, int>;
-
 /// A type of elements.
 struct Kind {
   int dimension;
@@ -248,8 +245,8 @@ class GmshReader {
 
   TextFile file_;
   bool blocks_ = false;  ///< version 4.1: nodes and elements in blocks, one for each part of the model
-  std::map<Key, std::string> names_;
-  std::map<Key, std::vector<int>> groups_of_entity_;
+  std::map<std::pair<int, int>, std::string> names_;                  ///< of physical groups, by dimension and number
+  std::map<std::pair<int, int>, std::vector<int>> groups_of_entity_;  ///< of parts of the model, likewise
   std::unordered_map<int, int> number_of_node_;
   LeftOut left_out_;
   SurfaceMesh mesh_;

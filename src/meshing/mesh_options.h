@@ -12,9 +12,6 @@
 #include "options/choice.h"
 
 namespace pellicle {
-inline namespace options {
-class OptionTable;
-}  // namespace options
 inline namespace meshing {
 
 /// Shapes of generated meshes, as in `describe`; file needs `MeshOptions::file`.
