@@ -11,7 +11,7 @@
 
 #include "base/error.h"
 #include "geometry/nearest_points.h"
-#include "meshing/self_intersection.h"
+#include "meshing/overlaps.h"
 #include "parallel/collective.h"
 #include "surface/drawn_places.h"
 

@@ -1,5 +1,7 @@
 #include "meshing/blobs.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -25,68 +27,30 @@ bool has_two_ends(const BlobOptions& options) {
   return options.shape == BlobShape::capsule || options.shape == BlobShape::cylinder;
 }
 
-Eigen::Matrix3d rotation_of(const BlobOptions& options) {
-  if (has_two_ends(options)) {
-    return rotation_between(Eigen::Vector3d::UnitZ(), options.end - options.centre);
+void refuse_if(bool is_wrong, const std::string& key, double given, const std::string& expected) {
+  if (is_wrong) {
+    throw Error(fmt::format("{}: {} m given, expected {}", key, number_text(given), expected));
   }
-  return (Eigen::AngleAxisd(options.rotation.z(), Eigen::Vector3d::UnitZ()) *
-          Eigen::AngleAxisd(options.rotation.y(), Eigen::Vector3d::UnitY()) *
-          Eigen::AngleAxisd(options.rotation.x(), Eigen::Vector3d::UnitX()))
-      .toRotationMatrix();
-}
-
-[[noreturn]] void refuse(const std::string& key, double given, const std::string& expected) {
-  throw Error(key + ": " + number_text(given) + " m given, expected " + expected);
 }
 
 void require_valid(const std::string& key, const BlobOptions& options) {
+  const double r = options.radius;
+  const double end_radius = options.end_radius.value_or(r);
   const double length = (options.end - options.centre).norm();
+  const double least_size = options.size.minCoeff();
+  const bool is_box = options.shape == BlobShape::box;
   if (has_two_ends(options) && !(length > 0)) {
     throw Error(key + ".end: the same as centre, expected another point");
   }
-  if (options.shape == BlobShape::capsule &&
-      std::abs(options.radius - options.end_radius.value_or(options.radius)) >= length) {
-    refuse(key + ".end_radius", *options.end_radius, "one end that is not inside the other");
-  }
-  if ((options.shape == BlobShape::box || options.shape == BlobShape::ellipsoid) && !(options.size.minCoeff() > 0)) {
-    refuse(key + ".size", options.size.minCoeff(), "lengths above 0");
-  }
-  const double thinnest =
-      options.shape == BlobShape::box ? options.size.minCoeff() : std::min(2 * options.radius, length);
-  if ((options.shape == BlobShape::box || options.shape == BlobShape::cylinder) && options.round > 0.5 * thinnest) {
-    refuse(key + ".round", options.round, "at most half of its thickness");
-  }
-  if (options.shape == BlobShape::torus && options.tube_radius >= options.radius) {
-    refuse(key + ".tube_radius", options.tube_radius, "less than the radius");
-  }
-}
-
-/// The distance at a point that is given along the solid's own axes.
-std::function<double(const Eigen::Vector3d&)> distance_function(const BlobOptions& options) {
-  using Point = Eigen::Vector3d;
-  const double r = options.radius;
-  const double length = (options.end - options.centre).norm();
-  const Eigen::Vector3d half = 0.5 * options.size;
-  if (options.shape == BlobShape::sphere) {
-    return [r](const Point& point) { return distance_from_sphere(point, r); };
-  }
-  if (options.shape == BlobShape::ellipsoid) {
-    return [half](const Point& point) { return distance_from_ellipsoid(point, half); };
-  }
-  if (options.shape == BlobShape::box) {
-    return [half, round = options.round](const Point& point) { return distance_from_box(point, half, round); };
-  }
-  if (options.shape == BlobShape::capsule) {
-    return [r, s = options.end_radius.value_or(r), length](const Point& point) {
-      return distance_from_round_cone(point, r, s, length);
-    };
-  }
-  if (options.shape == BlobShape::cylinder) {
-    return [r, length, round = options.round](const Point& point) {
-      return distance_from_cylinder(point, r, length, round);
-    };
-  }
-  return [r, tube = options.tube_radius](const Point& point) { return distance_from_torus(point, r, tube); };
+  refuse_if(options.shape == BlobShape::capsule && std::abs(r - end_radius) >= length, key + ".end_radius", end_radius,
+            "one end that is not inside the other");
+  refuse_if((is_box || options.shape == BlobShape::ellipsoid) && !(least_size > 0), key + ".size", least_size,
+            "lengths above 0");
+  refuse_if((is_box || options.shape == BlobShape::cylinder) &&
+                options.round > 0.5 * (is_box ? least_size : std::min(2 * r, length)),
+            key + ".round", options.round, "at most half of its thickness");
+  refuse_if(options.shape == BlobShape::torus && options.tube_radius >= r, key + ".tube_radius", options.tube_radius,
+            "less than the radius");
 }
 
 }  // namespace
@@ -97,42 +61,24 @@ void describe(OptionTable& table, BlobOptions& options) {
   table.add("operation", options.operation)
       .help("whether the solid is joined to the others or taken away from them; all adding comes first");
   table.add("centre", options.centre).unit("m").help("its centre; of capsule and cylinder that of the first end");
-  const auto shape = [&options](const std::vector<BlobShape>& shapes) {
-    return one_of("shape", options.shape, shapes);
+  const auto add = [&](const char* key, auto& variable, const char* unit,
+                       const std::vector<BlobShape>& shapes) -> auto& {
+    return table.add(key, variable).unit(unit).acts_with(one_of("shape", options.shape, shapes));
   };
-  table.add("radius", options.radius)
-      .unit("m")
+  add("radius", options.radius, "m", {BlobShape::sphere, BlobShape::capsule, BlobShape::cylinder, BlobShape::torus})
       .more_than(0)
-      .acts_with(shape({BlobShape::sphere, BlobShape::capsule, BlobShape::cylinder, BlobShape::torus}))
       .help("its radius; of the torus that of the circle in the middle of its tube");
-  table.add("end", options.end)
-      .unit("m")
-      .acts_with(shape({BlobShape::capsule, BlobShape::cylinder}))
-      .help("centre of the other end");
-  table.add("end_radius", options.end_radius)
-      .unit("m")
+  add("end", options.end, "m", {BlobShape::capsule, BlobShape::cylinder}).help("centre of the other end");
+  add("end_radius", options.end_radius, "m", {BlobShape::capsule})
       .more_than(0)
-      .acts_with(shape({BlobShape::capsule}))
       .help("radius of the other end; none: the same");
-  table.add("tube_radius", options.tube_radius)
-      .unit("m")
+  add("tube_radius", options.tube_radius, "m", {BlobShape::torus}).more_than(0).help("radius of its tube");
+  add("size", options.size, "m", {BlobShape::box, BlobShape::ellipsoid})
       .more_than(0)
-      .acts_with(shape({BlobShape::torus}))
-      .help("radius of its tube");
-  table.add("size", options.size)
-      .unit("m")
-      .more_than(0)
-      .acts_with(shape({BlobShape::box, BlobShape::ellipsoid}))
       .help("lengths along its own x, y and z");
-  table.add("rotation", options.rotation)
-      .unit("rad")
-      .acts_with(shape({BlobShape::ellipsoid, BlobShape::box, BlobShape::torus}))
+  add("rotation", options.rotation, "rad", {BlobShape::ellipsoid, BlobShape::box, BlobShape::torus})
       .help("turned by these angles about the axes x, y and z, in this order, through its centre");
-  table.add("round", options.round)
-      .unit("m")
-      .at_least(0)
-      .acts_with(shape({BlobShape::box, BlobShape::cylinder}))
-      .help("radius of the edges");
+  add("round", options.round, "m", {BlobShape::box, BlobShape::cylinder}).at_least(0).help("radius of the edges");
   table.add("blend", options.blend)
       .unit("m")
       .more_than(0)
@@ -153,14 +99,23 @@ void describe(OptionTable& table, BlobOptions& options) {
       .help("length of a wave of the relief along its own z axis; 0: flutes only, with both there are bumps");
 }
 
+Eigen::Matrix3d rotation_about_axes(const Eigen::Vector3d& angles) {
+  return (Eigen::AngleAxisd(angles.z(), Eigen::Vector3d::UnitZ()) *
+          Eigen::AngleAxisd(angles.y(), Eigen::Vector3d::UnitY()) *
+          Eigen::AngleAxisd(angles.x(), Eigen::Vector3d::UnitX()))
+      .toRotationMatrix();
+}
+
 Blobs::Blobs(const std::map<std::string, BlobOptions>& options) {
   for (const auto& [name, given] : options) {
     require_valid("mesh.blobs." + name, given);
-    Solid solid{name, given, rotation_of(given).transpose(), distance_function(given), width_of_blend * given.blend};
-    if (const double least = 1e-6 * solid.reach(); given.blend < least) {
-      refuse("mesh.blobs." + name + ".blend", given.blend,
-             "at least " + number_text(least) + ", a millionth of its size");
-    }
+    const Eigen::Vector3d arm = given.end - given.centre;
+    const Eigen::Matrix3d rotation =
+        has_two_ends(given) ? rotation_between(Eigen::Vector3d::UnitZ(), arm) : rotation_about_axes(given.rotation);
+    const Solid solid{name, given, rotation.transpose(), arm.norm(), width_of_blend * given.blend};
+    const double least = 1e-6 * solid.reach();
+    refuse_if(given.blend < least, "mesh.blobs." + name + ".blend", given.blend,
+              "at least " + number_text(least) + ", a millionth of its size");
     (given.operation == BlobOperation::add ? added_ : subtracted_).push_back(solid);
   }
   if (added_.empty()) {
@@ -188,6 +143,26 @@ double Blobs::Solid::reach() const {
                         : o.shape == BlobShape::torus                                ? o.radius + o.tube_radius
                                                       : std::max(o.radius, o.end_radius.value_or(0));
   return smooth + o.relief;
+}
+
+/// @param own the point along the solid's own axes
+double Blobs::Solid::distance_without_relief(const Eigen::Vector3d& own) const {
+  const BlobOptions& o = options;
+  switch (o.shape) {
+    case BlobShape::sphere:
+      return distance_from_sphere(own, o.radius);
+    case BlobShape::ellipsoid:
+      return distance_from_ellipsoid(own, 0.5 * o.size);
+    case BlobShape::box:
+      return distance_from_box(own, 0.5 * o.size, o.round);
+    case BlobShape::capsule:
+      return distance_from_round_cone(own, o.radius, o.end_radius.value_or(o.radius), length);
+    case BlobShape::cylinder:
+      return distance_from_cylinder(own, o.radius, length, o.round);
+    case BlobShape::torus:
+      break;
+  }
+  return distance_from_torus(own, o.radius, o.tube_radius);
 }
 
 double Blobs::Solid::distance(const Eigen::Vector3d& point) const {
@@ -257,13 +232,12 @@ SurfaceMesh blobs_mesh(const std::map<std::string, BlobOptions>& blobs, int vert
   for (const Eigen::Vector3d& point : mesh.points) {
     box.extend(point);
   }
-  for (const std::vector<int>& face : mesh.faces) {
-    std::vector<Eigen::Vector2d>& corners = mesh.uv.emplace_back();
-    for (const int point : face) {
-      const Eigen::Vector3d fraction = (mesh.points[point] - box.min()).cwiseQuotient(box.sizes());
-      corners.emplace_back(fraction.x(), fraction.z());
-    }
+  std::vector<Eigen::Vector2d> uv;
+  for (const Eigen::Vector3d& point : mesh.points) {
+    const Eigen::Vector3d fraction = (point - box.min()).cwiseQuotient(box.sizes());
+    uv.emplace_back(fraction.x(), fraction.z());
   }
+  mesh.uv = uv_of_corners(mesh, uv);
   return mesh;
 }
 

@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
-#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -50,6 +49,9 @@ struct BlobOptions {
 
 void describe(OptionTable& table, BlobOptions& options);
 
+/// The rotation by these angles about the axes x, y and z, in this order [rad].
+Eigen::Matrix3d rotation_about_axes(const Eigen::Vector3d& angles);
+
 /// The smooth union of solids, less other solids, as a function of the point: below 0 inside.
 ///
 /// With the distance d_i of each added solid and k_i proportional to its blend, the surface of the union is where the
@@ -74,10 +76,11 @@ class Blobs {
     std::string name;
     BlobOptions options;
     Eigen::Matrix3d to_own;  ///< turns a vector from the centre to the solid's own axes
-    std::function<double(const Eigen::Vector3d&)> distance_without_relief;  ///< [m], of an arm along its own axes
-    double k;  ///< width of the blend in the exponential [m]
+    double length;           ///< from the centre to the other end [m]
+    double k;                ///< width of the blend in the exponential [m]
 
     double distance(const Eigen::Vector3d& point) const;
+    double distance_without_relief(const Eigen::Vector3d& own) const;
     double reach() const;
   };
 

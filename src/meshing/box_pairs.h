@@ -3,10 +3,11 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cstdint>
-#include <numeric>
 #include <optional>
 #include <unsupported/Eigen/BVH>
 #include <vector>
+
+#include "meshing/surface_mesh.h"
 
 namespace pellicle {
 inline namespace meshing {
@@ -48,8 +49,7 @@ template <class Take>
 bool visit_pairs(const std::vector<Box>& first, const std::vector<Box>& second, const Take& take) {
   using Tree = Eigen::KdBVH<double, 3, int>;
   const auto tree_of = [](const std::vector<Box>& boxes) {
-    std::vector<int> numbers(boxes.size());
-    std::iota(numbers.begin(), numbers.end(), 0);
+    const std::vector<int> numbers = numbers_up_to(boxes.size());
     return Tree(numbers.begin(), numbers.end(), boxes.begin(), boxes.end());
   };
   if (first.empty() || second.empty()) {

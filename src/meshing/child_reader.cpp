@@ -1,6 +1,5 @@
-#include "meshing/child_reader.h"
-
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -16,103 +15,83 @@
 #include <filesystem>
 #include <fstream>
 #include <new>
-#include <sstream>
 #include <stdexcept>
-#include <type_traits>
 #include <vector>
 
 #include "base/error.h"
 #include "base/memory.h"
+#include "meshing/format_readers.h"
 
 namespace pellicle {
 inline namespace meshing {
 
 namespace {
 
-/// First byte of the child's message.
-enum class Answer : char { mesh, error };
-
-/// Values one after the other, as bytes.
+/// Packs values one after the other: numbers and vectors as they are in memory, lists and texts behind their size.
 class Packer {
  public:
   template <class Value>
-  void put(const std::vector<Value>& values) {
-    static_assert(std::is_trivially_copyable_v<Value>);
-    put_bytes(values.data(), values.size() * sizeof(Value));
+  void put(const Value& value) {
+    bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
   }
-  void put(const std::string& text) { put_bytes(text.data(), text.size()); }
+  template <class Item>
+  void put(const std::vector<Item>& items) {
+    put(items.size());
+    for (const Item& item : items) {
+      put(item);
+    }
+  }
+  void put(const std::string& text) {
+    put(text.size());
+    bytes += text;
+  }
   std::string bytes;
-
- private:
-  void put_bytes(const void* data, std::size_t size) {
-    bytes.append(reinterpret_cast<const char*>(&size), sizeof size);
-    bytes.append(static_cast<const char*>(data), size);
-  }
 };
 
 class Unpacker {
  public:
-  explicit Unpacker(const std::string& bytes, std::size_t begin) : bytes_(bytes), at_(begin) {}
+  explicit Unpacker(const std::string& bytes) : bytes_(bytes) {}
   bool at_end() const { return at_ == bytes_.size(); }
-  std::string text() {
-    std::size_t size = 0;
-    take(&size, sizeof size);
-    std::string text(std::min(size, bytes_.size()), '\0');
-    take(text.data(), size);
-    return text;
-  }
   template <class Value>
-  std::vector<Value> values() {
-    const std::string content = text();
-    std::vector<Value> values(content.size() / sizeof(Value));
-    if (!values.empty()) {
-      std::memcpy(values.data(), content.data(), values.size() * sizeof(Value));
+  void take(Value& value) {
+    take_bytes(reinterpret_cast<char*>(&value), sizeof value);
+  }
+  template <class Item>
+  void take(std::vector<Item>& items) {
+    items.resize(size());
+    for (Item& item : items) {
+      take(item);
     }
-    return values;
+  }
+  void take(std::string& text) {
+    text.resize(size());
+    take_bytes(text.data(), text.size());
   }
 
  private:
-  void take(void* target, std::size_t size) {
+  std::size_t size() {
+    std::size_t size = 0;
+    take(size);
+    return std::min(size, bytes_.size());
+  }
+  void take_bytes(char* target, std::size_t size) {
     if (size > bytes_.size() - at_) {
       throw std::length_error("a child's answer ends too early");
     }
-    std::memcpy(target, bytes_.data() + at_, size);
-    at_ += size;
+    at_ += bytes_.copy(target, size, at_);
   }
   const std::string& bytes_;
-  std::size_t at_;
+  std::size_t at_ = 0;
 };
 
-std::string packed(const SurfaceMesh& mesh) {
-  std::vector<double> coordinates;
-  for (const Eigen::Vector3d& point : mesh.points) {
-    coordinates.insert(coordinates.end(), point.data(), point.data() + 3);
-  }
-  std::vector<std::size_t> sizes;
-  std::vector<int> corners;
-  for (const std::vector<int>& face : mesh.faces) {
-    sizes.push_back(face.size());
-    corners.insert(corners.end(), face.begin(), face.end());
-  }
-  std::vector<std::size_t> uv_sizes;
-  std::vector<double> uv;
-  for (const std::vector<Eigen::Vector2d>& face : mesh.uv) {
-    uv_sizes.push_back(face.size());
-    for (const Eigen::Vector2d& corner : face) {
-      uv.insert(uv.end(), corner.data(), corner.data() + 2);
-    }
-  }
+/// The child's answer: the message of an error, or none and the mesh.
+std::string packed(const std::string& fault, const SurfaceMesh& mesh = {}) {
   Packer packer;
-  packer.put(coordinates);
-  packer.put(sizes);
-  packer.put(corners);
-  packer.put(uv_sizes);
-  packer.put(uv);
-  std::string remarks;
-  for (const std::string& remark : mesh.remarks) {
-    remarks += remark + '\n';
-  }
-  packer.put(remarks);
+  packer.put(fault);
+  packer.put(mesh.points);
+  packer.put(mesh.faces);
+  packer.put(mesh.uv);
+  packer.put(mesh.remarks);
   for (const auto& [name, values] : mesh.face_fields) {
     packer.put(name);
     packer.put(values);
@@ -120,56 +99,28 @@ std::string packed(const SurfaceMesh& mesh) {
   return std::move(packer.bytes);
 }
 
-SurfaceMesh unpacked(const std::string& bytes) {
-  Unpacker unpacker(bytes, 1);
-  const std::vector<double> coordinates = unpacker.values<double>();
-  const std::vector<std::size_t> sizes = unpacker.values<std::size_t>();
-  const std::vector<int> corners = unpacker.values<int>();
-  const std::vector<std::size_t> uv_sizes = unpacker.values<std::size_t>();
-  const std::vector<double> uv = unpacker.values<double>();
+/// @throws Error if the answer is one
+SurfaceMesh unpacked(const std::string& answer) {
+  Unpacker unpacker(answer);
+  std::string fault;
+  unpacker.take(fault);
+  if (!fault.empty()) {
+    throw Error(fault);
+  }
   SurfaceMesh mesh;
-  for (std::size_t k = 0; k + 2 < coordinates.size(); k += 3) {
-    mesh.points.emplace_back(coordinates[k], coordinates[k + 1], coordinates[k + 2]);
-  }
-  auto corner = corners.begin();
-  for (const std::size_t size : sizes) {
-    mesh.faces.emplace_back(corner, corner + static_cast<std::ptrdiff_t>(size));
-    corner += static_cast<std::ptrdiff_t>(size);
-  }
-  auto coordinate = uv.begin();
-  for (const std::size_t size : uv_sizes) {
-    std::vector<Eigen::Vector2d>& face = mesh.uv.emplace_back();
-    for (std::size_t k = 0; k < size; ++k, coordinate += 2) {
-      face.emplace_back(coordinate[0], coordinate[1]);
-    }
-  }
-  std::istringstream remarks(unpacker.text());
-  for (std::string remark; std::getline(remarks, remark);) {
-    mesh.remarks.push_back(remark);
-  }
-  while (!unpacker.at_end()) {
-    const std::string name = unpacker.text();
-    mesh.face_fields[name] = unpacker.values<double>();
+  unpacker.take(mesh.points);
+  unpacker.take(mesh.faces);
+  unpacker.take(mesh.uv);
+  unpacker.take(mesh.remarks);
+  for (std::string name; !unpacker.at_end();) {
+    unpacker.take(name);
+    unpacker.take(mesh.face_fields[name]);
   }
   return mesh;
 }
 
-/// Seconds of CPU time after which a reader counts as hung: reading a megabyte takes far less than a second.
-rlim_t longest_time(const std::string& path) {
-  std::error_code unknown;
-  const std::uintmax_t size = std::filesystem::file_size(path, unknown);
-  return 20 + (unknown ? 0 : size / 200000);
-}
-
-/// Bytes that a reader may take: compressed files grow, but within limits.
-double most_memory(const std::string& path) {
-  std::error_code unknown;
-  const std::uintmax_t size = std::filesystem::file_size(path, unknown);
-  return std::min(available_memory(), 1e9 + 1000 * (unknown ? 0 : static_cast<double>(size)));
-}
-
-/// Separates the child from the run of which it is a copy: it has no signal handlers and no output, and a limit on
-/// memory.
+/// Separates the child from the run of which it is a copy: it has no signal handlers and no output, and
+/// limits on CPU time and memory.
 void prepare_child(const std::string& path) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   for (int signal = 1; signal < NSIG; ++signal) {
@@ -182,26 +133,30 @@ void prepare_child(const std::string& path) {
     const rlimit both{most, most};
     setrlimit(resource, &both);
   };
+  std::error_code unknown;
+  const std::uintmax_t found = std::filesystem::file_size(path, unknown);
+  const std::uintmax_t size = unknown ? 0 : found;
   limit(RLIMIT_CORE, 0);
-  limit(RLIMIT_CPU, longest_time(path));
+  limit(RLIMIT_CPU, 20 + size / 200000);  // [s] Beyond it the reader hangs: a megabyte takes far less than a second.
+  // Compressed files grow, but within limits.
+  const double more = std::min(available_memory(), 1e9 + 1000 * static_cast<double>(size));
   double pages = 0;
   std::ifstream("/proc/self/statm") >> pages;
-  limit(RLIMIT_AS, static_cast<rlim_t>(pages * static_cast<double>(sysconf(_SC_PAGESIZE)) + most_memory(path)));
+  limit(RLIMIT_AS, static_cast<rlim_t>(pages * static_cast<double>(sysconf(_SC_PAGESIZE)) + more));
 }
 
-/// The child's message: a byte, then the packed mesh or the message of an error.
+/// What the child answers, packed.
 std::string answer(const std::string& path, const std::function<SurfaceMesh()>& read) {
-  const auto error = [](const std::string& message) { return static_cast<char>(Answer::error) + message; };
   try {
-    return static_cast<char>(Answer::mesh) + packed(read());
+    return packed("", read());
   } catch (const Error& failure) {
-    return error(failure.what());
+    return packed(failure.what());
   } catch (const std::bad_alloc&) {
-    return error(
+    return packed(
         path +
         ": reading it takes more memory than there is, or than a file of its size should, expected a sound file");
   } catch (const std::exception& failure) {
-    return error(path + ": cannot be read: " + failure.what());
+    return packed(path + ": cannot be read: " + failure.what());
   }
 }
 
@@ -256,14 +211,10 @@ SurfaceMesh read_in_child(const std::string& path, const std::function<SurfaceMe
   }
   if (WIFSIGNALED(status) || WEXITSTATUS(status) != 0 || content.empty()) {
     const int signal = WIFSIGNALED(status) ? WTERMSIG(status) : 0;
-    throw Error(path + ": the library that reads this format " +
-                (signal == SIGXCPU ? "does not come to an end with it"
-                 : signal != 0     ? std::string("dies of it (") + strsignal(signal) + ")"
-                                   : "fails on it") +
-                ", expected a sound file");
-  }
-  if (content.front() == static_cast<char>(Answer::error)) {
-    throw Error(content.substr(1));
+    throw Error(fmt::format("{}: the library that reads this format {}, expected a sound file", path,
+                            signal == SIGXCPU ? "does not come to an end with it"
+                            : signal != 0     ? fmt::format("dies of it ({})", strsignal(signal))
+                                              : "fails on it"));
   }
   return unpacked(content);
 }

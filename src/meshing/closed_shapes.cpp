@@ -1,5 +1,7 @@
 #include "meshing/closed_shapes.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -17,7 +19,13 @@ namespace {
 
 void require_above_0(double value, const char* what) {
   if (!(value > 0)) {
-    throw Error(std::string(what) + " of " + std::to_string(value) + " m, expected above 0");
+    throw Error(fmt::format("{} of {:f} m, expected above 0", what, value));
+  }
+}
+
+void require_level(int level, const char* what) {
+  if (level < 0 || level > 9) {
+    throw Error(fmt::format("{} of level {}, expected 0 to 9", what, level));
   }
 }
 
@@ -25,18 +33,18 @@ void require_above_0(double value, const char* what) {
 template <class Height>
 void wrap_uv(SurfaceMesh& mesh, const Height& height) {
   for (const std::vector<int>& face : mesh.faces) {
-    const auto at = [&](std::size_t k) -> const Eigen::Vector3d& { return mesh.points[face[k]]; };
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-    for (std::size_t k = 0; k < face.size(); ++k) {
-      centre += at(k);
+    for (const int number : face) {
+      centre += mesh.points[number];
     }
     const double middle = std::atan2(centre.y(), centre.x());
     std::vector<Eigen::Vector2d>& corners = mesh.uv.emplace_back();
-    for (std::size_t k = 0; k < face.size(); ++k) {
+    for (const int number : face) {
       // Seen from the middle of the face, so that a face at the seam stays on its side; a pole gets the u of the face.
-      const bool pole = std::hypot(at(k).x(), at(k).y()) < 1e-9 * at(k).norm();
-      const double turn = pole ? 0 : std::remainder(std::atan2(at(k).y(), at(k).x()) - middle, 2 * pi);
-      corners.emplace_back(std::clamp(0.5 + (middle + turn) / (2 * pi), 0.0, 1.0), height(at(k)));
+      const Eigen::Vector3d& point = mesh.points[number];
+      const bool pole = std::hypot(point.x(), point.y()) < 1e-9 * point.norm();
+      const double turn = pole ? 0 : std::remainder(std::atan2(point.y(), point.x()) - middle, 2 * pi);
+      corners.emplace_back(std::clamp(0.5 + (middle + turn) / (2 * pi), 0.0, 1.0), height(point));
     }
   }
 }
@@ -62,13 +70,8 @@ SurfaceMesh icosahedron() {
   return mesh;
 }
 
-/// For a point of the unit sphere the angle from the lowest point, scaled to 0 to 1.
-double above_lowest(const Eigen::Vector3d& point) { return 1 - std::acos(std::clamp(point.z(), -1.0, 1.0)) / pi; }
-
 SurfaceMesh unit_icosphere(int level) {
-  if (level < 0 || level > 9) {
-    throw Error("an icosphere of level " + std::to_string(level) + ", expected 0 to 9");
-  }
+  require_level(level, "an icosphere");
   SurfaceMesh mesh = icosahedron();
   for (int l = 0; l < level; ++l) {
     std::map<std::array<int, 2>, int> middles;
@@ -89,15 +92,12 @@ SurfaceMesh unit_icosphere(int level) {
     }
     mesh.faces = std::move(faces);
   }
-  wrap_uv(mesh, above_lowest);
   return mesh;
 }
 
 /// A cube cut into squares and blown up, so that its points lie at equal angles along the middles of its sides.
 SurfaceMesh unit_quad_sphere(int level) {
-  if (level < 0 || level > 9) {
-    throw Error("a quad_ellipsoid of level " + std::to_string(level) + ", expected 0 to 9");
-  }
+  require_level(level, "a quad_ellipsoid");
   SurfaceMesh mesh;
   const int cells = 1 << level;
   std::map<std::array<int, 3>, int> numbers;  // of points, by their places on the cube [0, cells]^3
@@ -126,12 +126,13 @@ SurfaceMesh unit_quad_sphere(int level) {
       }
     }
   }
-  wrap_uv(mesh, above_lowest);
   return mesh;
 }
 
+/// @param mesh on the unit sphere
 SurfaceMesh stretched(SurfaceMesh mesh, const Eigen::Vector3d& semi_axes) {
   require_above_0(semi_axes.minCoeff(), "an ellipsoid with a half axis");
+  wrap_uv(mesh, [](const Eigen::Vector3d& point) { return 1 - std::acos(std::clamp(point.z(), -1.0, 1.0)) / pi; });
   for (Eigen::Vector3d& point : mesh.points) {
     point = point.cwiseProduct(semi_axes);
   }

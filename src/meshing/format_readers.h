@@ -1,7 +1,7 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <cstddef>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -20,11 +20,17 @@ SurfaceMesh read_vtp(const std::string& path);
 SurfaceMesh read_vtu(const std::string& path);
 SurfaceMesh read_vtk(const std::string& path);
 
+/// Runs a library's reader in a child process, which returns the mesh through a pipe. VTK's readers fail badly on some
+/// malformed files (reads out of bounds, endless loops, all memory); then the child dies instead of the run, and the
+/// user gets a message. The child calls neither MPI nor PETSc, and writes to nothing but the pipe. Not collective.
+/// @param path of the file, for messages
+/// @param read fills points, faces, uv and face_fields; everything else is dropped
+/// @throws Error as `read` does, and if the child ends by a signal, or takes too much memory or CPU time for a file of
+/// this size.
+SurfaceMesh read_in_child(const std::string& path, const std::function<SurfaceMesh()>& read);
+
 /// Largest number of groups of a face. Each takes memory for every face; a longer list is no list of groups.
 constexpr std::size_t most_groups = 100;
-
-/// Sorts the points and faces of the groups and removes repetitions.
-void sort_groups(SurfaceMesh& mesh);
 
 /// Adds the triangles of a strip: each point forms one with the two points before it; every other triangle is turned
 /// over. Triangles with a repeated point, which connect parts of a strip, are left out.
@@ -38,10 +44,6 @@ struct LeftOut {
   /// Adds a sentence on each kind to the remarks of the mesh.
   void say(SurfaceMesh& mesh) const;
 };
-
-/// Texture coordinates of the points, given to the corners of the faces; corners that name no point get none.
-std::vector<std::vector<Eigen::Vector2d>> uv_of_corners(const SurfaceMesh& mesh,
-                                                        const std::vector<Eigen::Vector2d>& uv_of_points);
 
 }  // namespace meshing
 }  // namespace pellicle

@@ -1,11 +1,11 @@
 #include "meshing/generators.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
-#include <sstream>
 
 #include "base/error.h"
 #include "geometry/pi.h"
-#include "meshing/mesh_size.h"
 
 namespace pellicle {
 inline namespace meshing {
@@ -13,24 +13,21 @@ inline namespace meshing {
 namespace {
 
 void require_cells(std::array<int, 2> cells, int lowest, const char* shape, int faces_of_a_cell) {
-  const std::string what =
-      "a " + std::string(shape) + " of " + std::to_string(cells[0]) + " x " + std::to_string(cells[1]) + " cells";
+  const std::string what = fmt::format("a {} of {} x {} cells", shape, cells[0], cells[1]);
   if (cells[0] < lowest || cells[1] < lowest) {
-    throw Error(what + ", expected at least " + std::to_string(lowest) + " x " + std::to_string(lowest));
+    throw Error(fmt::format("{}, expected at least {} x {}", what, lowest, lowest));
   }
   require_mesh_size(what, static_cast<double>(faces_of_a_cell) * cells[0] * cells[1]);
 }
 
 void require_size(std::array<double, 2> size, const char* shape) {
   if (!(size[0] > 0 && size[1] > 0)) {
-    std::ostringstream text;
-    text << "a " << shape << " of " << size[0] << " m x " << size[1] << " m, expected sizes above 0";
-    throw Error(text.str());
+    throw Error(fmt::format("a {} of {:g} m x {:g} m, expected sizes above 0", shape, size[0], size[1]));
   }
 }
 
-/// Groups of the points with texture coordinates 0 or 1.
-void name_sides(SurfaceMesh& mesh, const std::vector<Eigen::Vector2d>& uv) {
+/// Gives a mesh the texture coordinates of its points, and groups of the points at which these are 0 or 1.
+SurfaceMesh with_sides(SurfaceMesh mesh, const std::vector<Eigen::Vector2d>& uv) {
   const auto name_where = [&](const char* name, int axis, double end) {
     std::vector<int>& members = mesh.groups[name];
     for (std::size_t i = 0; i < uv.size(); ++i) {
@@ -43,17 +40,8 @@ void name_sides(SurfaceMesh& mesh, const std::vector<Eigen::Vector2d>& uv) {
   name_where("right", 0, 1);
   name_where("bottom", 1, 0);
   name_where("top", 1, 1);
-}
-
-/// Texture coordinates of the points, given to the corners.
-void spread_uv(SurfaceMesh& mesh, const std::vector<Eigen::Vector2d>& uv) {
-  for (const std::vector<int>& face : mesh.faces) {
-    std::vector<Eigen::Vector2d>& corners = mesh.uv.emplace_back();
-    corners.reserve(face.size());
-    for (const int point : face) {
-      corners.push_back(uv[point]);
-    }
-  }
+  mesh.uv = uv_of_corners(mesh, uv);
+  return mesh;
 }
 
 }  // namespace
@@ -76,18 +64,14 @@ SurfaceMesh rectangle_mesh(std::array<int, 2> cells, std::array<double, 2> size)
       mesh.faces.push_back({corner, corner + 1, corner + nx + 2, corner + nx + 1});
     }
   }
-  spread_uv(mesh, uv);
-  name_sides(mesh, uv);
-  return mesh;
+  return with_sides(std::move(mesh), uv);
 }
 
 SurfaceMesh torus_mesh(std::array<int, 2> cells, double major_radius, double tube_radius) {
   require_cells(cells, 3, "torus", 1);
   if (!(tube_radius > 0 && tube_radius < major_radius)) {
-    std::ostringstream text;
-    text << "a torus of radii " << major_radius << " m and " << tube_radius << " m, expected the second between 0 and "
-         << "the first";
-    throw Error(text.str());
+    throw Error(fmt::format("a torus of radii {:g} m and {:g} m, expected the second between 0 and the first",
+                            major_radius, tube_radius));
   }
   const auto [n, m] = cells;
   SurfaceMesh mesh;
@@ -99,16 +83,12 @@ SurfaceMesh torus_mesh(std::array<int, 2> cells, double major_radius, double tub
       mesh.points.emplace_back(distance * std::cos(round), distance * std::sin(round), tube_radius * std::sin(tube));
     }
   }
+  const auto point = [n = n, m = m](int i, int j) { return i % n + n * (j % m); };
+  const auto uv = [n = n, m = m](double i, double j) { return Eigen::Vector2d(i / n, j / m); };
   for (int j = 0; j < m; ++j) {
     for (int i = 0; i < n; ++i) {
-      const int right = (i + 1) % n;
-      const int above = (j + 1) % m;
-      mesh.faces.push_back({i + n * j, right + n * j, right + n * above, i + n * above});
-      const double u = static_cast<double>(i) / n;
-      const double v = static_cast<double>(j) / m;
-      const double next_u = static_cast<double>(i + 1) / n;
-      const double next_v = static_cast<double>(j + 1) / m;
-      mesh.uv.push_back({{u, v}, {next_u, v}, {next_u, next_v}, {u, next_v}});
+      mesh.faces.push_back({point(i, j), point(i + 1, j), point(i + 1, j + 1), point(i, j + 1)});
+      mesh.uv.push_back({uv(i, j), uv(i + 1, j), uv(i + 1, j + 1), uv(i, j + 1)});
     }
   }
   return mesh;
@@ -118,7 +98,7 @@ SurfaceMesh roof_mesh(std::array<int, 2> cells, std::array<double, 2> size, doub
   require_cells(cells, 2, "roof", 2);
   require_size(size, "roof");
   if (!(arch > 0 && arch < 2 * pi)) {
-    throw Error("a roof with an arch of " + std::to_string(arch) + " rad, expected between 0 and a full turn");
+    throw Error(fmt::format("a roof with an arch of {:f} rad, expected between 0 and a full turn", arch));
   }
   const auto [n, m] = cells;
   const double radius = size[1] / arch;
@@ -126,11 +106,7 @@ SurfaceMesh roof_mesh(std::array<int, 2> cells, std::array<double, 2> size, doub
   // centres are the teeth with a and b odd and the cells between them.
   SurfaceMesh mesh;
   std::vector<Eigen::Vector2d> uv;
-  const std::size_t width = 2 * static_cast<std::size_t>(n) + 1;
-  std::vector<int> number(width * (2 * static_cast<std::size_t>(m) + 1), -1);
-  const auto at = [&number, width](int a, int b) -> int& {
-    return number.at(static_cast<std::size_t>(a) + width * static_cast<std::size_t>(b));
-  };
+  Eigen::ArrayXXi at = Eigen::ArrayXXi::Constant(2 * n + 1, 2 * m + 1, -1);  // number of the point
   for (int b = 0; b <= 2 * m; ++b) {
     for (int a = 1 - b % 2; a <= 2 * n; a += 2) {
       // The outer points of the four corner quads, which are left out.
@@ -147,24 +123,20 @@ SurfaceMesh roof_mesh(std::array<int, 2> cells, std::array<double, 2> size, doub
   }
   for (int b = 1; b < 2 * m; ++b) {
     for (int a = 2 - b % 2; a < 2 * n; a += 2) {
-      const std::vector<int> face{at(a, b - 1), at(a + 1, b), at(a, b + 1), at(a - 1, b)};
       const bool corner = (a == 1 || a == 2 * n - 1) && (b == 1 || b == 2 * m - 1);
       if (!corner) {
-        mesh.faces.push_back(face);
+        mesh.faces.push_back({at(a, b - 1), at(a + 1, b), at(a, b + 1), at(a - 1, b)});
       }
     }
   }
-  spread_uv(mesh, uv);
-  name_sides(mesh, uv);
-  return mesh;
+  return with_sides(std::move(mesh), uv);
 }
 
 SurfaceMesh disc_mesh(int rings, double radius) {
   if (rings < 1 || !(radius > 0)) {
-    throw Error("a disc of " + std::to_string(rings) + " rings and radius " + std::to_string(radius) +
-                " m, expected both above 0");
+    throw Error(fmt::format("a disc of {} rings and radius {:f} m, expected both above 0", rings, radius));
   }
-  require_mesh_size("a disc of " + std::to_string(rings) + " rings", 6.0 * rings * rings);
+  require_mesh_size(fmt::format("a disc of {} rings", rings), 6.0 * rings * rings);
   SurfaceMesh mesh;
   std::vector<Eigen::Vector2d> uv;
   const auto add_point = [&](double distance, double angle) {
@@ -191,7 +163,7 @@ SurfaceMesh disc_mesh(int rings, double radius) {
       }
     }
   }
-  spread_uv(mesh, uv);
+  mesh.uv = uv_of_corners(mesh, uv);
   mesh.groups["centre"] = {0};
   for (int i = 0; i < 6 * rings; ++i) {
     mesh.groups["rim"].push_back(point(rings, i));
@@ -225,9 +197,7 @@ SurfaceMesh square_mesh(std::array<int, 2> cells, std::array<double, 2> size) {
       mesh.faces.push_back({corner + nx + 1, corner, middle});
     }
   }
-  spread_uv(mesh, uv);
-  name_sides(mesh, uv);
-  return mesh;
+  return with_sides(std::move(mesh), uv);
 }
 
 }  // namespace meshing

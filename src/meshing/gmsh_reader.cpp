@@ -1,9 +1,9 @@
-#include <algorithm>
+#include <fmt/format.h>
+
 #include <cmath>
 #include <unordered_map>
 #include <utility>
 
-#include "base/error.h"
 #include "meshing/format_readers.h"
 #include "meshing/text_file.h"
 
@@ -12,13 +12,17 @@ inline namespace meshing {
 
 namespace {
 
-/// Dimension and number of a physical group or of a part of the model in Gmsh.
-using Key = std::pair<int, int>;
+/// A type of elements.
+struct Kind {
+  int dimension;
+  int corners;  ///< which come first
+  int nodes;
+};
 
 /// Reads the sections of a Gmsh file one after the other.
 class GmshReader {
  public:
-  explicit GmshReader(const std::string& path) : file_(path, {/*comments=*/false, {}}) {}
+  explicit GmshReader(const std::string& path) : file_(path) {}
 
   SurfaceMesh read() {
     read_format();
@@ -38,7 +42,7 @@ class GmshReader {
         }
         continue;
       } else {
-        file_.fail("'" + section + "', expected a section such as $Nodes");
+        file_.fail(fmt::format("'{}', expected a section such as $Nodes", section));
       }
       expect("$End" + section.substr(1));
     }
@@ -46,35 +50,26 @@ class GmshReader {
       file_.fail("volume elements and no face, expected a surface: Gmsh saves the faces of a Physical Surface");
     }
     left_out_.say(mesh_);
-    sort_groups(mesh_);
     return std::move(mesh_);
   }
 
  private:
-  int integer(const char* expected) { return file_.integer(file_.next_word(expected), expected); }
-  /// A number of items that take at least this many bytes each.
-  int count(const char* expected, std::size_t bytes) { return file_.count(file_.next_word(expected), expected, bytes); }
-  double number(const char* expected) { return file_.number(file_.next_word(expected), expected); }
-
-  void expect(const std::string& word) {
+  void expect(const std::string& word, const char* hint = "") {
     const std::string_view found = file_.next_word(word.c_str());
     if (found != word) {
-      file_.fail("'" + std::string(found) + "', expected " + word);
+      file_.fail(fmt::format("'{}', expected {}{}", found, word, hint));
     }
   }
 
   void read_format() {
-    const std::string as_written = ", as written by gmsh -save -format msh41";
-    const std::string_view begin = file_.next_word("$MeshFormat");
-    if (begin != "$MeshFormat") {
-      file_.fail("'" + std::string(begin) + "', expected $MeshFormat" + as_written);
-    }
-    const double version = number("the version");
+    constexpr const char* as_written = ", as written by gmsh -save -format msh41";
+    expect("$MeshFormat", as_written);
+    const double version = file_.next_number("the version");
     blocks_ = std::abs(version - 4.1) < 0.01;
-    const bool is_text = integer("0 for a text file") == 0;
+    const bool is_text = file_.next_integer("0 for a text file") == 0;
     if (!is_text || (!blocks_ && (version < 2 || version > 2.25))) {
-      file_.fail("a " + std::string(is_text ? "text" : "binary") + " file of version " + std::to_string(version) +
-                 ", expected text of version 2.2 or 4.1" + as_written);
+      file_.fail(fmt::format("a {} file of version {:f}, expected text of version 2.2 or 4.1{}",
+                             is_text ? "text" : "binary", version, as_written));
     }
     file_.skip_line();
     expect("$EndMeshFormat");
@@ -82,15 +77,15 @@ class GmshReader {
 
   /// Lines: dimension, number and "name", which may have blanks.
   void read_names() {
-    const int names = count("the number of names", 6);
+    const int names = file_.next_count("the number of names", 6);
     for (int i = 0; i < names; ++i) {
-      const int dimension = integer("a dimension");
-      const int group = integer("a group number");
+      const int dimension = file_.next_integer("a dimension");
+      const int group = file_.next_integer("a group number");
       const std::string_view first = file_.next_word("a name in quotes");
       const std::string_view last = file_.words().back();
       const std::string_view quoted(first.data(), static_cast<std::size_t>(last.data() + last.size() - first.data()));
       if (quoted.size() < 3 || quoted.front() != '"' || quoted.back() != '"') {
-        file_.fail("'" + std::string(quoted) + "', expected a name in quotes");
+        file_.fail(fmt::format("'{}', expected a name in quotes", quoted));
       }
       names_[{dimension, group}] = quoted.substr(1, quoted.size() - 2);
       file_.skip_line();
@@ -101,21 +96,21 @@ class GmshReader {
   void read_entities() {
     int counts[4];
     for (int& entities : counts) {
-      entities = count("the number of entities", 8);
+      entities = file_.next_count("the number of entities", 8);
     }
     for (int dimension = 0; dimension < 4; ++dimension) {
       for (int i = 0; i < counts[dimension]; ++i) {
-        const int entity = integer("an entity number");
+        const int entity = file_.next_integer("an entity number");
         for (int k = 0; k < (dimension == 0 ? 3 : 6); ++k) {
-          number("a bound of an entity");
+          file_.next_number("a bound of an entity");
         }
-        const int groups = integer("the number of groups");
+        const int groups = file_.next_integer("the number of groups");
         if (groups < 0 || groups > static_cast<int>(most_groups)) {
-          file_.fail(std::to_string(groups) + " groups for one part of the model, expected at most " +
-                     std::to_string(most_groups));
+          file_.fail(fmt::format("{} groups for one part of the model, expected at most {}", groups, most_groups));
         }
         for (int k = 0; k < groups; ++k) {
-          groups_of_entity_[{dimension, entity}].push_back(std::abs(integer("a group number")));  // -: reversed
+          groups_of_entity_[{dimension, entity}].push_back(
+              std::abs(file_.next_integer("a group number")));  // -: reversed
         }
         file_.skip_line();  // its boundary
       }
@@ -124,33 +119,30 @@ class GmshReader {
 
   /// @param is_parametric version 2.2: behind the coordinates of a node are its part of the model and its parameters
   void read_nodes(bool is_parametric) {
-    const int blocks = blocks_ ? count("the number of blocks", 8) : 1;
+    const int blocks = blocks_ ? file_.next_count("the number of blocks", 8) : 1;
     if (blocks_) {
       file_.skip_line();
     }
     for (int block = 0; block < blocks; ++block) {
       int parameters = 0;  // of a node
       if (blocks_) {
-        const int dimension = integer("a dimension");
-        integer("an entity number");
-        parameters = integer("0 or 1: without or with parameters") == 0 ? 0 : dimension;
+        const int dimension = file_.next_integer("a dimension");
+        file_.next_integer("an entity number");
+        parameters = file_.next_integer("0 or 1: without or with parameters") == 0 ? 0 : dimension;
       }
-      const int nodes = count("the number of nodes", 6);
+      const int nodes = file_.next_count("the number of nodes", 6);
       if (blocks_) {
         for (int i = 0; i < nodes; ++i) {
-          add_node(integer("a node number"));
+          add_node(file_.next_integer("a node number"));
         }
       }
       for (int i = 0; i < nodes; ++i) {
         if (!blocks_) {
-          add_node(integer("a node number"));
+          add_node(file_.next_integer("a node number"));
         }
-        Eigen::Vector3d& point = mesh_.points.emplace_back();
-        for (double& coordinate : point) {
-          coordinate = number("a coordinate");
-        }
+        mesh_.points.push_back(file_.next_point());
         for (int k = 0; k < parameters; ++k) {
-          number("a parameter of a node");
+          file_.next_number("a parameter of a node");
         }
         if (is_parametric && !blocks_) {
           file_.skip_line();
@@ -161,12 +153,12 @@ class GmshReader {
 
   void add_node(int node) {
     if (!number_of_node_.emplace(node, static_cast<int>(number_of_node_.size())).second) {
-      file_.fail("node " + std::to_string(node) + " a second time");
+      file_.fail(fmt::format("node {} a second time", node));
     }
   }
 
   void read_elements() {
-    const int blocks = blocks_ ? count("the number of blocks", 8) : 1;
+    const int blocks = blocks_ ? file_.next_count("the number of blocks", 8) : 1;
     if (blocks_) {
       file_.skip_line();
     }
@@ -174,20 +166,20 @@ class GmshReader {
       int type = 0;
       std::vector<int> groups;
       if (blocks_) {
-        const int dimension = integer("a dimension");
-        groups = groups_of_entity_[{dimension, integer("an entity number")}];
-        type = integer("an element type");
+        const int dimension = file_.next_integer("a dimension");
+        groups = groups_of_entity_[{dimension, file_.next_integer("an entity number")}];
+        type = file_.next_integer("an element type");
       }
-      const int elements = count("the number of elements", 4);
+      const int elements = file_.next_count("the number of elements", 4);
       for (int i = 0; i < elements; ++i) {
-        const int element = integer("an element number");
+        const int element = file_.next_integer("an element number");
         if (!blocks_) {
-          type = integer("an element type");
-          const int tags = integer("the number of tags");
+          type = file_.next_integer("an element type");
+          const int tags = file_.next_integer("the number of tags");
           // The first tag is the physical group, 0 for none; the second the part of the model.
           groups.clear();
           for (int k = 0; k < tags; ++k) {
-            const int tag = integer("a tag");
+            const int tag = file_.next_integer("a tag");
             if (k == 0 && tag != 0) {
               groups.push_back(std::abs(tag));
             }
@@ -199,22 +191,36 @@ class GmshReader {
   }
 
   void read_element(int element, int type, const std::vector<int>& groups) {
-    const auto known = kinds().find(type);
-    if (known == kinds().end()) {
-      file_.fail("element " + std::to_string(element) + " has type " + std::to_string(type) +
-                 ", expected points, lines, triangles and quads (types 15, 1, 2, 3, or of higher order 8, 9, 10, 16)");
+    // By number in Gmsh.
+    static const std::unordered_map<int, Kind> kinds{
+        {15, {0, 1, 1}},                                                                            // points
+        {1, {1, 2, 2}},   {8, {1, 2, 3}},   {26, {1, 2, 4}},  {27, {1, 2, 5}},  {28, {1, 2, 6}},    // lines
+        {2, {2, 3, 3}},   {9, {2, 3, 6}},   {20, {2, 3, 9}},  {21, {2, 3, 10}}, {22, {2, 3, 12}},   // triangles
+        {23, {2, 3, 15}}, {24, {2, 3, 15}}, {25, {2, 3, 21}},                                       // of order 4 and 5
+        {3, {2, 4, 4}},   {10, {2, 4, 9}},  {16, {2, 4, 8}},  {36, {2, 4, 16}}, {37, {2, 4, 25}},   // quads
+        {4, {3, 4, 4}},   {11, {3, 4, 10}}, {29, {3, 4, 20}}, {30, {3, 4, 35}}, {31, {3, 4, 56}},   // tetrahedra
+        {5, {3, 8, 8}},   {12, {3, 8, 27}}, {17, {3, 8, 20}}, {92, {3, 8, 64}}, {93, {3, 8, 125}},  // hexahedra
+        {6, {3, 6, 6}},   {13, {3, 6, 18}}, {18, {3, 6, 15}},                                       // prisms
+        {7, {3, 5, 5}},   {14, {3, 5, 14}}, {19, {3, 5, 13}},                                       // pyramids
+    };
+    const auto known = kinds.find(type);
+    if (known == kinds.end()) {
+      file_.fail(
+          fmt::format("element {} has type {}, expected points, lines, triangles and quads "
+                      "(types 15, 1, 2, 3, or of higher order 8, 9, 10, 16)",
+                      element, type));
     }
     const Kind& kind = known->second;
     std::vector<int> points;
     for (int k = 0; k < kind.nodes; ++k) {
-      const int node = integer("a node number");
+      const int node = file_.next_integer("a node number");
       if (k >= kind.corners) {
         continue;
       }
       const auto point = number_of_node_.find(node);
       if (point == number_of_node_.end()) {
-        file_.fail("node " + std::to_string(node) + " in element " + std::to_string(element) +
-                   ", expected one of the " + std::to_string(mesh_.points.size()) + " nodes of the file");
+        file_.fail(fmt::format("node {} in element {}, expected one of the {} nodes of the file", node, element,
+                               mesh_.points.size()));
       }
       points.push_back(point->second);
     }
@@ -237,32 +243,10 @@ class GmshReader {
     }
   }
 
-  /// A type of elements.
-  struct Kind {
-    int dimension;
-    int corners;  ///< which come first
-    int nodes;
-  };
-  /// The types of Gmsh by number.
-  static const std::unordered_map<int, Kind>& kinds() {
-    static const std::unordered_map<int, Kind> kinds{
-        {15, {0, 1, 1}},                                                                            // points
-        {1, {1, 2, 2}},   {8, {1, 2, 3}},   {26, {1, 2, 4}},  {27, {1, 2, 5}},  {28, {1, 2, 6}},    // lines
-        {2, {2, 3, 3}},   {9, {2, 3, 6}},   {20, {2, 3, 9}},  {21, {2, 3, 10}}, {22, {2, 3, 12}},   // triangles
-        {23, {2, 3, 15}}, {24, {2, 3, 15}}, {25, {2, 3, 21}},                                       // of order 4 and 5
-        {3, {2, 4, 4}},   {10, {2, 4, 9}},  {16, {2, 4, 8}},  {36, {2, 4, 16}}, {37, {2, 4, 25}},   // quads
-        {4, {3, 4, 4}},   {11, {3, 4, 10}}, {29, {3, 4, 20}}, {30, {3, 4, 35}}, {31, {3, 4, 56}},   // tetrahedra
-        {5, {3, 8, 8}},   {12, {3, 8, 27}}, {17, {3, 8, 20}}, {92, {3, 8, 64}}, {93, {3, 8, 125}},  // hexahedra
-        {6, {3, 6, 6}},   {13, {3, 6, 18}}, {18, {3, 6, 15}},                                       // prisms
-        {7, {3, 5, 5}},   {14, {3, 5, 14}}, {19, {3, 5, 13}},                                       // pyramids
-    };
-    return kinds;
-  }
-
   TextFile file_;
   bool blocks_ = false;  ///< version 4.1: nodes and elements in blocks, one for each part of the model
-  std::map<Key, std::string> names_;
-  std::map<Key, std::vector<int>> groups_of_entity_;
+  std::map<std::pair<int, int>, std::string> names_;                  ///< of physical groups, by dimension and number
+  std::map<std::pair<int, int>, std::vector<int>> groups_of_entity_;  ///< of parts of the model, likewise
   std::unordered_map<int, int> number_of_node_;
   LeftOut left_out_;
   SurfaceMesh mesh_;

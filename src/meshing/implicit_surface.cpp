@@ -1,5 +1,6 @@
 #include "meshing/implicit_surface.h"
 
+#include <fmt/format.h>
 #include <vtkCellArray.h>
 #include <vtkDoubleArray.h>
 #include <vtkFlyingEdges3D.h>
@@ -11,11 +12,10 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <sstream>
 
 #include "base/error.h"
+#include "geometry/pressure_load.h"
 #include "meshing/isotropic_remesher.h"
-#include "meshing/mesh_size.h"
 
 namespace pellicle {
 inline namespace meshing {
@@ -29,10 +29,7 @@ constexpr double most_cells = 256;   ///< of the grid, along it
 SurfaceMesh contour(const ImplicitSurface& surface, double spacing) {
   constexpr int padding = 2;
   const Eigen::Vector3d origin = surface.bounds.min() - Eigen::Vector3d::Constant(padding * spacing);
-  Eigen::Vector3i count;
-  for (int k = 0; k < 3; ++k) {
-    count[k] = static_cast<int>(std::ceil(surface.bounds.sizes()[k] / spacing)) + 2 * padding + 1;
-  }
+  Eigen::Vector3i count = (surface.bounds.sizes() / spacing).array().ceil().cast<int>() + (2 * padding + 1);
   vtkNew<vtkDoubleArray> values;
   values->SetNumberOfTuples(static_cast<vtkIdType>(count.x()) * count.y() * count.z());
   vtkIdType next = 0;
@@ -72,9 +69,8 @@ SurfaceMesh contour(const ImplicitSurface& surface, double spacing) {
 
 double area_of(const SurfaceMesh& mesh) {
   double area = 0;
-  for (const std::vector<int>& face : mesh.faces) {
-    const auto at = [&](std::size_t k) -> const Eigen::Vector3d& { return mesh.points[face[k]]; };
-    area += 0.5 * (at(1) - at(0)).cross(at(2) - at(0)).norm();
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
+    area += area_vector(mesh.corner(f, 0), mesh.corner(f, 1), mesh.corner(f, 2)).norm();
   }
   return area;
 }
@@ -108,12 +104,11 @@ SurfaceMesh implicit_surface_mesh(const ImplicitSurface& surface, int vertices, 
   constexpr int last_rounds = 12;
   constexpr double smallest_size = 1e-60;  // beyond these, products of a few lengths are 0 or infinite
   constexpr double largest_size = 1e60;
-  require_mesh_size(key + " of " + std::to_string(vertices) + " vertices", 2.0 * vertices);
+  require_mesh_size(fmt::format("{} of {} vertices", key, vertices), 2.0 * vertices);
   const double longest_side = surface.bounds.sizes().maxCoeff();
   if (!(longest_side >= smallest_size && longest_side <= largest_size)) {
-    std::ostringstream text;
-    text << key << ": " << longest_side << " m across, expected " << smallest_size << " to " << largest_size << " m";
-    throw Error(text.str());
+    throw Error(
+        fmt::format("{}: {:g} m across, expected {:g} to {:g} m", key, longest_side, smallest_size, largest_size));
   }
   double spacing = longest_side / coarse_cells;
   SurfaceMesh mesh = contour(surface, spacing);
@@ -142,8 +137,8 @@ SurfaceMesh implicit_surface_mesh(const ImplicitSurface& surface, int vertices, 
   }
   remesher.project();
   if (remesher.points() != vertices || !remesher.follows_surface()) {
-    throw Error("mesh.vertices: " + std::to_string(vertices) + " are too few for " + key +
-                ", expected more, or a larger blend and round");
+    throw Error(
+        fmt::format("mesh.vertices: {} are too few for {}, expected more, or a larger blend and round", vertices, key));
   }
   return remesher.mesh();
 }

@@ -1,6 +1,5 @@
 #include "meshing/isotropic_remesher.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -41,8 +40,8 @@ IsotropicRemesher::IsotropicRemesher(const SurfaceMesh& mesh, const ImplicitSurf
         throw Error(key + ": the surface touches itself, expected solids that overlap more, or less");
       }
       from_.push_back(face[k]);
-      out_[index(face[k])] = h;
-      ++valence_[index(face[k])];
+      out_[face[k]] = h;
+      ++valence_[face[k]];
     }
   }
   twin_.resize(from_.size());
@@ -51,23 +50,37 @@ IsotropicRemesher::IsotropicRemesher(const SurfaceMesh& mesh, const ImplicitSurf
     if (twin == by_ends.end()) {
       throw Error(key + ": the surface is not closed, expected one within its bounds");
     }
-    twin_[index(h)] = twin->second;
+    twin_[h] = twin->second;
   }
 }
 
+std::array<int, 4> IsotropicRemesher::corners(int h) const {
+  return {from_[h], to(h), from_[previous(h)], from_[previous(twin_[h])]};
+}
+
 void IsotropicRemesher::pair(int h, int twin) {
-  twin_[index(h)] = twin;
-  twin_[index(twin)] = h;
+  twin_[h] = twin;
+  twin_[twin] = h;
+}
+
+/// Calls visit(h) with one half-edge of every edge, also of those that a visit makes.
+template <class Visit>
+void IsotropicRemesher::for_each_edge(const Visit& visit) {
+  for (int h = 0; h < half_edges(); ++h) {
+    if (alive(h) && h < twin_[h]) {
+      visit(h);
+    }
+  }
 }
 
 /// Calls visit(h) with every half-edge that leaves the point.
 template <class Visit>
 void IsotropicRemesher::for_each_spoke(int point, const Visit& visit) const {
-  const int first = out_[index(point)];
+  const int first = out_[point];
   int h = first;
   do {
     visit(h);
-    h = twin_[index(previous(h))];
+    h = twin_[previous(h)];
   } while (h != first);
 }
 
@@ -77,73 +90,63 @@ bool IsotropicRemesher::joined(int a, int b) const {
   return found;
 }
 
-Eigen::Vector3d IsotropicRemesher::area_vector(int a, int b, int c) const {
-  return 0.5 * (place(b) - place(a)).cross(place(c) - place(a));
-}
-
 double IsotropicRemesher::smallest_angle(int a, int b, int c) const {
   const double double_area = 2 * area_vector(a, b, c).norm();
   const auto product = [&](int at, int one, int other) {
-    return (place(one) - place(at)).dot(place(other) - place(at));
+    return (points_[one] - points_[at]).dot(points_[other] - points_[at]);
   };
   return std::atan2(double_area, std::max({product(a, b, c), product(b, c, a), product(c, a, b)}));
 }
 
 /// Whether no side of its two triangles is longer.
 bool IsotropicRemesher::is_longest(int h) const {
-  const int t = twin_[index(h)];
+  const int t = twin_[h];
   return length(h) >= std::max({length(next(h)), length(previous(h)), length(next(t)), length(previous(t))});
 }
 
 /// Triangles (a, b, c) and (b, a, d) get a new point m in the middle of a b: (a, m, c), (m, b, c), (m, a, d), (b, m,
 /// d).
 void IsotropicRemesher::split(int h) {
-  const int t = twin_[index(h)];
+  const int t = twin_[h];
   const int n = next(h);
   const int tp = previous(t);
-  const int a = from_[index(h)];
-  const int b = from_[index(t)];
-  const int c = to(n);
-  const int d = from_[index(tp)];
-  const int across_bc = twin_[index(n)];
-  const int across_db = twin_[index(tp)];
+  const auto [a, b, c, d] = corners(h);
+  const int across_bc = twin_[n];
+  const int across_db = twin_[tp];
   const int m = static_cast<int>(points_.size());
-  const Eigen::Vector3d middle = 0.5 * (place(a) + place(b));
+  const Eigen::Vector3d middle = 0.5 * (points_[a] + points_[b]);
   points_.emplace_back(middle + surface_.step_onto(middle, 0.5 * length(h)));
   const int one = half_edges();  // (m, b, c)
   const int other = one + 3;     // (b, m, d)
   from_.insert(from_.end(), {m, b, c, b, m, d});
   twin_.resize(from_.size());
-  from_[index(n)] = m;
-  from_[index(t)] = m;
+  from_[n] = m;
+  from_[t] = m;
   pair(one, other);
   pair(one + 1, across_bc);
   pair(one + 2, n);
   pair(other + 1, tp);
   pair(other + 2, across_db);
   out_.push_back(one);
-  out_[index(b)] = one + 1;
+  out_[b] = one + 1;
   valence_.push_back(4);
-  ++valence_[index(c)];
-  ++valence_[index(d)];
+  ++valence_[c];
+  ++valence_[d];
   ++active_points_;
 }
 
 /// Collapses an edge to its middle. @returns whether that is possible without touching, folding or an edge beyond
 /// `longest`.
 bool IsotropicRemesher::collapse(int h, double longest) {
-  const int t = twin_[index(h)];
-  const int a = from_[index(h)];
-  const int b = from_[index(t)];
-  const int c = from_[index(previous(h))];
-  const int d = from_[index(previous(t))];
-  if (valence_[index(c)] <= 3 || valence_[index(d)] <= 3 || valence_[index(a)] + valence_[index(b)] < 7) {
+  const int t = twin_[h];
+  const auto [a, b, c, d] = corners(h);
+  if (valence_[c] <= 3 || valence_[d] <= 3 || valence_[a] + valence_[b] < 7) {
     return false;
   }
-  const Eigen::Vector3d middle = 0.5 * (place(a) + place(b));
+  const Eigen::Vector3d middle = 0.5 * (points_[a] + points_[b]);
   const Eigen::Vector3d merged = middle + surface_.step_onto(middle, 0.5 * length(h));
   bool possible = true;
-  const auto look = [&](int point, int end) {
+  const auto look = [&, c = c, d = d](int point, int end) {
     for_each_spoke(point, [&](int spoke) {
       const int neighbour = to(spoke);
       if (neighbour == end) {
@@ -151,11 +154,11 @@ bool IsotropicRemesher::collapse(int h, double longest) {
       }
       // Common neighbours other than c and d would be pinched off.
       possible = possible && (neighbour == c || neighbour == d || !joined(neighbour, end)) &&
-                 (place(neighbour) - merged).norm() < longest;
-      const int after = from_[index(previous(spoke))];
+                 (points_[neighbour] - merged).norm() < longest;
+      const int after = from_[previous(spoke)];
       if (after != end) {
-        const Eigen::Vector3d before = (place(neighbour) - place(point)).cross(place(after) - place(point));
-        const Eigen::Vector3d now = (place(neighbour) - merged).cross(place(after) - merged);
+        const Eigen::Vector3d before = (points_[neighbour] - points_[point]).cross(points_[after] - points_[point]);
+        const Eigen::Vector3d now = (points_[neighbour] - merged).cross(points_[after] - merged);
         possible = possible && now.dot(before) > 0.5 * now.norm() * before.norm();
       }
     });
@@ -168,121 +171,93 @@ bool IsotropicRemesher::collapse(int h, double longest) {
   std::vector<int> spokes;
   for_each_spoke(b, [&spokes](int spoke) { spokes.push_back(spoke); });
   for (const int spoke : spokes) {
-    from_[index(spoke)] = a;
+    from_[spoke] = a;
   }
-  const int to_c = twin_[index(previous(h))];
-  const int from_c = twin_[index(next(h))];
-  const int from_d = twin_[index(next(t))];
-  const int to_d = twin_[index(previous(t))];
+  const int to_c = twin_[previous(h)];
+  const int from_c = twin_[next(h)];
+  const int from_d = twin_[next(t)];
+  const int to_d = twin_[previous(t)];
   for (const int first : {h - h % 3, t - t % 3}) {
     std::fill_n(from_.begin() + first, 3, -1);
   }
   pair(to_c, from_c);
   pair(to_d, from_d);
-  out_[index(a)] = to_c;
-  out_[index(b)] = -1;
-  out_[index(c)] = from_c;
-  out_[index(d)] = from_d;
-  valence_[index(a)] += valence_[index(b)] - 4;
-  --valence_[index(c)];
-  --valence_[index(d)];
-  points_[index(a)] = merged;
+  out_[a] = to_c;
+  out_[b] = -1;
+  out_[c] = from_c;
+  out_[d] = from_d;
+  valence_[a] += valence_[b] - 4;
+  --valence_[c];
+  --valence_[d];
+  points_[a] = merged;
   --active_points_;
   return true;
 }
 
 /// Whether the other diagonal of the two triangles is new and gives two that face the same way.
 bool IsotropicRemesher::may_flip(int h) const {
-  const int t = twin_[index(h)];
-  const int a = from_[index(h)];
-  const int b = from_[index(t)];
-  const int c = from_[index(previous(h))];
-  const int d = from_[index(previous(t))];
+  const auto [a, b, c, d] = corners(h);
   const Eigen::Vector3d both = area_vector(a, b, c) + area_vector(b, a, d);
   const auto faces_well = [&both](const Eigen::Vector3d& area) {
     return area.dot(both) > 0.5 * area.norm() * both.norm();
   };
-  return valence_[index(a)] > 3 && valence_[index(b)] > 3 && faces_well(area_vector(a, d, c)) &&
-         faces_well(area_vector(b, c, d)) && !joined(c, d);
+  return valence_[a] > 3 && valence_[b] > 3 && faces_well(area_vector(a, d, c)) && faces_well(area_vector(b, c, d)) &&
+         !joined(c, d);
 }
 
 /// Triangles (a, b, c) and (b, a, d) become (d, c, a) and (c, d, b).
 void IsotropicRemesher::flip(int h) {
-  const int t = twin_[index(h)];
-  const int a = from_[index(h)];
-  const int b = from_[index(t)];
-  const int c = from_[index(previous(h))];
-  const int d = from_[index(previous(t))];
-  const int across_bc = twin_[index(next(h))];
-  const int across_ca = twin_[index(previous(h))];
-  const int across_ad = twin_[index(next(t))];
-  const int across_db = twin_[index(previous(t))];
-  from_[index(h)] = d;
-  from_[index(next(h))] = c;
-  from_[index(previous(h))] = a;
-  from_[index(t)] = c;
-  from_[index(next(t))] = d;
-  from_[index(previous(t))] = b;
+  const int t = twin_[h];
+  const auto [a, b, c, d] = corners(h);
+  const int across_bc = twin_[next(h)];
+  const int across_ca = twin_[previous(h)];
+  const int across_ad = twin_[next(t)];
+  const int across_db = twin_[previous(t)];
+  from_[h] = d;
+  from_[next(h)] = c;
+  from_[previous(h)] = a;
+  from_[t] = c;
+  from_[next(t)] = d;
+  from_[previous(t)] = b;
   pair(next(h), across_ca);
   pair(previous(h), across_ad);
   pair(next(t), across_db);
   pair(previous(t), across_bc);
-  out_[index(a)] = previous(h);
-  out_[index(b)] = previous(t);
-  out_[index(c)] = next(h);
-  out_[index(d)] = next(t);
-  --valence_[index(a)];
-  --valence_[index(b)];
-  ++valence_[index(c)];
-  ++valence_[index(d)];
+  out_[a] = previous(h);
+  out_[b] = previous(t);
+  out_[c] = next(h);
+  out_[d] = next(t);
+  --valence_[a];
+  --valence_[b];
+  ++valence_[c];
+  ++valence_[d];
 }
 
-void IsotropicRemesher::flip_for_valence() {
-  for (int h = 0; h < half_edges(); ++h) {
-    if (!alive(h) || h > twin_[index(h)]) {
-      continue;
-    }
-    const int a = valence_[index(from_[index(h)])];
-    const int b = valence_[index(to(h))];
-    const int c = valence_[index(from_[index(previous(h))])];
-    const int d = valence_[index(from_[index(previous(twin_[index(h)]))])];
-    if (irregularity(a - 1, b - 1, c + 1, d + 1) < irregularity(a, b, c, d) && may_flip(h)) {
+/// Flips the edges (a, b) between the points c and d for which `is_better(a, b, c, d)`.
+template <class IsBetter>
+void IsotropicRemesher::flip_where(const IsBetter& is_better) {
+  for_each_edge([&](int h) {
+    const auto [a, b, c, d] = corners(h);
+    if (is_better(a, b, c, d) && may_flip(h)) {
       flip(h);
     }
-  }
-}
-
-void IsotropicRemesher::flip_for_angles() {
-  for (int h = 0; h < half_edges(); ++h) {
-    if (!alive(h) || h > twin_[index(h)]) {
-      continue;
-    }
-    const int a = from_[index(h)];
-    const int b = to(h);
-    const int c = from_[index(previous(h))];
-    const int d = from_[index(previous(twin_[index(h)]))];
-    const double now = std::min(smallest_angle(a, b, c), smallest_angle(b, a, d));
-    const double flipped = std::min(smallest_angle(d, c, a), smallest_angle(c, d, b));
-    if (flipped > now * (1 + 1e-9) && may_flip(h)) {
-      flip(h);
-    }
-  }
+  });
 }
 
 /// Moves every point to the middle of its neighbours along the tangent plane, then towards the surface.
 void IsotropicRemesher::smooth() {
   std::vector<Eigen::Vector3d> moved = points_;
-  for (std::size_t i = 0; i < points_.size(); ++i) {
+  for (int i = 0; i < static_cast<int>(points_.size()); ++i) {
     if (out_[i] < 0) {
       continue;
     }
     Eigen::Vector3d middle = Eigen::Vector3d::Zero();
     Eigen::Vector3d normal = Eigen::Vector3d::Zero();
     double reach = 0;
-    for_each_spoke(static_cast<int>(i), [&](int h) {
-      const Eigen::Vector3d& neighbour = place(to(h));
+    for_each_spoke(i, [&](int h) {
+      const Eigen::Vector3d& neighbour = points_[to(h)];
       middle += neighbour / valence_[i];
-      normal += (neighbour - points_[i]).cross(place(from_[index(previous(h))]) - points_[i]);
+      normal += (neighbour - points_[i]).cross(points_[from_[previous(h)]] - points_[i]);
       reach += (neighbour - points_[i]).norm() / valence_[i];
     });
     normal.normalize();
@@ -297,28 +272,27 @@ void IsotropicRemesher::remesh(double edge_length) {
   // A side that a split has made is split too, but only if it is the longest of its two triangles: otherwise needles
   // get points without end.
   const int old = half_edges();
-  for (int h = 0; h < half_edges(); ++h) {
-    if (alive(h) && h < twin_[index(h)] && length(h) > longest_share * edge_length && (h < old || is_longest(h))) {
+  for_each_edge([&](int h) {
+    if (length(h) > longest_share * edge_length && (h < old || is_longest(h))) {
       split(h);
     }
-  }
-  for (int h = 0; h < half_edges(); ++h) {
-    if (alive(h) && h < twin_[index(h)] && length(h) < shortest_share * edge_length) {
+  });
+  for_each_edge([&](int h) {
+    if (length(h) < shortest_share * edge_length) {
       collapse(h, longest_share * edge_length);
     }
-  }
-  flip_for_valence();
+  });
+  flip_where([this](int a, int b, int c, int d) {
+    return irregularity(valence_[a] - 1, valence_[b] - 1, valence_[c] + 1, valence_[d] + 1) <
+           irregularity(valence_[a], valence_[b], valence_[c], valence_[d]);
+  });
   smooth();
 }
 
 void IsotropicRemesher::reach(int count) {
   const bool grow = points() < count;
   std::vector<std::pair<double, int>> edges;
-  for (int h = 0; h < half_edges(); ++h) {
-    if (alive(h) && h < twin_[index(h)]) {
-      edges.emplace_back(grow ? -length(h) : length(h), h);
-    }
-  }
+  for_each_edge([&](int h) { edges.emplace_back(grow ? -length(h) : length(h), h); });
   std::sort(edges.begin(), edges.end());
   for (const auto& [key, h] : edges) {
     if (points() == count) {
@@ -333,7 +307,11 @@ void IsotropicRemesher::reach(int count) {
 }
 
 void IsotropicRemesher::relax() {
-  flip_for_angles();
+  flip_where([this](int a, int b, int c, int d) {
+    const double now = std::min(smallest_angle(a, b, c), smallest_angle(b, a, d));
+    const double flipped = std::min(smallest_angle(d, c, a), smallest_angle(c, d, b));
+    return flipped > now * (1 + 1e-9);
+  });
   smooth();
 }
 
@@ -365,7 +343,7 @@ double IsotropicRemesher::mean_edge_length() const {
 
 bool IsotropicRemesher::follows_surface() const {
   const double rounding = 1e-6 * mean_edge_length();
-  for (std::size_t i = 0; i < points_.size(); ++i) {
+  for (int i = 0; i < static_cast<int>(points_.size()); ++i) {
     if (out_[i] < 0) {
       continue;
     }
@@ -375,9 +353,7 @@ bool IsotropicRemesher::follows_surface() const {
     }
     const Eigen::Vector3d normal = surface_.gradient(points_[i], distance);
     bool outward = true;
-    for_each_spoke(static_cast<int>(i), [&](int h) {
-      outward = outward && area_vector(static_cast<int>(i), to(h), from_[index(previous(h))]).dot(normal) > 0;
-    });
+    for_each_spoke(i, [&](int h) { outward = outward && area_vector(i, to(h), from_[previous(h)]).dot(normal) > 0; });
     if (!outward) {
       return false;
     }
@@ -396,8 +372,7 @@ SurfaceMesh IsotropicRemesher::mesh() const {
   }
   for (int h = 0; h < half_edges(); h += 3) {
     if (alive(h)) {
-      mesh.faces.push_back(
-          {number[index(from_[index(h)])], number[index(from_[index(h + 1)])], number[index(from_[index(h + 2)])]});
+      mesh.faces.push_back({number[from_[h]], number[from_[h + 1]], number[from_[h + 2]]});
     }
   }
   return mesh;

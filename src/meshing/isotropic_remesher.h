@@ -4,6 +4,7 @@
 #include <array>
 #include <vector>
 
+#include "geometry/pressure_load.h"
 #include "meshing/implicit_surface.h"
 #include "meshing/surface_mesh.h"
 
@@ -38,19 +39,24 @@ class IsotropicRemesher {
   SurfaceMesh mesh() const;
 
  private:
-  int to(int h) const { return from_[index(next(h))]; }
+  int to(int h) const { return from_[next(h)]; }
   static int next(int h) { return h % 3 == 2 ? h - 2 : h + 1; }
   static int previous(int h) { return h % 3 == 0 ? h + 2 : h - 1; }
-  static std::size_t index(int number) { return static_cast<std::size_t>(number); }
   int half_edges() const { return static_cast<int>(from_.size()); }
-  bool alive(int h) const { return from_[index(h)] >= 0; }
-  const Eigen::Vector3d& place(int point) const { return points_[index(point)]; }
-  double length(int h) const { return (place(to(h)) - place(from_[index(h)])).norm(); }
+  bool alive(int h) const { return from_[h] >= 0; }
+  /// The points of the two triangles at the edge of a half-edge: its ends a and b, and c and d at its side and its
+  /// twin's.
+  std::array<int, 4> corners(int h) const;
+  double length(int h) const { return (points_[to(h)] - points_[from_[h]]).norm(); }
   double mean_edge_length() const;
-  Eigen::Vector3d area_vector(int a, int b, int c) const;
+  Eigen::Vector3d area_vector(int a, int b, int c) const {
+    return geometry::area_vector(points_[a], points_[b], points_[c]);
+  }
   double smallest_angle(int a, int b, int c) const;
 
   void pair(int h, int twin);
+  template <class Visit>
+  void for_each_edge(const Visit& visit);
   template <class Visit>
   void for_each_spoke(int point, const Visit& visit) const;
   bool joined(int a, int b) const;
@@ -60,8 +66,8 @@ class IsotropicRemesher {
   bool collapse(int h, double longest);
   bool may_flip(int h) const;
   void flip(int h);
-  void flip_for_valence();
-  void flip_for_angles();
+  template <class IsBetter>
+  void flip_where(const IsBetter& is_better);
   void smooth();
 
   const ImplicitSurface& surface_;

@@ -1,21 +1,19 @@
 #include "meshing/mesh_check.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numeric>
-#include <queue>
 #include <sstream>
 #include <tuple>
 
 #include "base/disjoint_sets.h"
 #include "base/error.h"
 #include "geometry/pi.h"
-#include "meshing/self_intersection.h"
 #include "meshing/triangulation.h"
-#include "meshing/weld.h"
 
 namespace pellicle {
 inline namespace meshing {
@@ -69,52 +67,10 @@ std::vector<Edge> edges_of(const std::vector<Side>& sides) {
   return edges;
 }
 
-const Eigen::Vector3d& corner_point(const SurfaceMesh& mesh, std::size_t face, std::size_t corner) {
-  const std::vector<int>& points = mesh.faces[face];
-  return mesh.points[points[corner % points.size()]];
-}
-
-/// Keeps the faces that represent themselves and removes the others, whose groups go to their representatives.
-/// @param stands representative of each face; -1: none
-void keep_faces(SurfaceMesh& mesh, const std::vector<int>& stands) {
-  SurfaceMesh kept;
-  std::vector<int> target(mesh.faces.size(), -1);
-  for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
-    if (stands[f] == static_cast<int>(f)) {
-      target[f] = static_cast<int>(kept.faces.size());
-      kept.face_id.push_back(mesh.id_of_face(static_cast<int>(f)));
-      kept.faces.push_back(std::move(mesh.faces[f]));
-      if (!mesh.uv.empty()) {
-        kept.uv.push_back(std::move(mesh.uv[f]));
-      }
-      for (const auto& [field, values] : mesh.face_fields) {
-        kept.face_fields[field].push_back(values[f]);
-      }
-    }
-  }
-  for (auto& entry : mesh.face_groups) {
-    std::vector<int> members;
-    for (const int face : entry.second) {
-      if (const int standing = stands[face]; standing >= 0) {
-        members.push_back(target[standing]);
-      }
-    }
-    std::sort(members.begin(), members.end());
-    members.erase(std::unique(members.begin(), members.end()), members.end());
-    entry.second = std::move(members);
-  }
-  mesh.faces = std::move(kept.faces);
-  mesh.uv = std::move(kept.uv);
-  mesh.face_id = std::move(kept.face_id);
-  mesh.face_fields = std::move(kept.face_fields);
-}
-
 /// Removes corners that repeat the corner before them, and faces of which fewer than three corners are left. @returns
 /// how many faces were removed.
 int remove_collapsed_faces(SurfaceMesh& mesh) {
-  std::vector<int> stands(mesh.faces.size());
-  std::iota(stands.begin(), stands.end(), 0);
-  int removed = 0;
+  std::vector<int> stands = numbers_up_to(mesh.faces.size());
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
     std::vector<int>& face = mesh.faces[f];
     const std::size_t corners = face.size();
@@ -135,13 +91,9 @@ int remove_collapsed_faces(SurfaceMesh& mesh) {
     }
     if (kept < 3) {
       stands[f] = -1;
-      ++removed;
     }
   }
-  if (removed > 0) {
-    keep_faces(mesh, stands);
-  }
-  return removed;
+  return keep_faces(mesh, stands);
 }
 
 /// Removes faces that repeat an earlier one's points in the same or the reverse order. @returns how many.
@@ -154,41 +106,26 @@ int remove_repeated_faces(SurfaceMesh& mesh) {
       std::reverse(face.begin() + 1, face.end());
     }
   }
-  std::vector<std::size_t> order(forms.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::vector<int> order = numbers_up_to(forms.size());
   std::sort(order.begin(), order.end(),
-            [&forms](std::size_t f, std::size_t g) { return std::tie(forms[f], f) < std::tie(forms[g], g); });
-  std::vector<int> stands(forms.size());
-  std::iota(stands.begin(), stands.end(), 0);
-  int removed = 0;
+            [&forms](int f, int g) { return std::tie(forms[f], f) < std::tie(forms[g], g); });
+  std::vector<int> stands = numbers_up_to(forms.size());
   for (std::size_t k = 1; k < order.size(); ++k) {
     if (forms[order[k]] == forms[order[k - 1]]) {
       stands[order[k]] = stands[order[k - 1]];
-      ++removed;
     }
   }
-  if (removed > 0) {
-    keep_faces(mesh, stands);
-  }
-  return removed;
+  return keep_faces(mesh, stands);
 }
 
 int remove_unused_points(SurfaceMesh& mesh) {
-  std::vector<int> target(mesh.points.size(), -1);
+  std::vector<int> stands(mesh.points.size(), -1);
   for (const std::vector<int>& face : mesh.faces) {
     for (const int point : face) {
-      target[point] = 0;
+      stands[point] = point;
     }
   }
-  int used = 0;
-  for (int& number : target) {
-    number = number < 0 ? -1 : used++;
-  }
-  const int unused = static_cast<int>(target.size()) - used;
-  if (unused > 0 && used > 0) {
-    renumber_points(mesh, target);
-  }
-  return unused;
+  return keep_points(mesh, stands);
 }
 
 /// Six times the sum of the volumes between the first point and the fan of each face of a piece, and its scale, to
@@ -197,13 +134,12 @@ template <class Reversed>
 std::array<double, 2> six_volumes(const SurfaceMesh& mesh, const std::vector<int>& piece, const Reversed& reversed) {
   double sum = 0;
   double area = 0;
-  const Eigen::Vector3d origin = corner_point(mesh, static_cast<std::size_t>(piece.front()), 0);
-  for (const int f : piece) {
-    const std::size_t face = f;
-    const Eigen::Vector3d first = corner_point(mesh, face, 0) - origin;
+  const Eigen::Vector3d origin = mesh.corner(piece.front(), 0);
+  for (const int face : piece) {
+    const Eigen::Vector3d first = mesh.corner(face, 0) - origin;
     for (std::size_t k = 2; k < mesh.faces[face].size(); ++k) {
-      const Eigen::Vector3d second = corner_point(mesh, face, k - 1) - origin;
-      const Eigen::Vector3d third = corner_point(mesh, face, k) - origin;
+      const Eigen::Vector3d second = mesh.corner(face, k - 1) - origin;
+      const Eigen::Vector3d third = mesh.corner(face, k) - origin;
       sum += (reversed(face) ? -1 : 1) * first.dot(second.cross(third));
       area += (second - first).cross(third - first).norm();
     }
@@ -267,7 +203,7 @@ int orient(SurfaceMesh& mesh, const std::vector<Edge>& edges, std::vector<int>& 
     if (closed) {
       constexpr double flat = 1e-9;  // two layers that lie on each other enclose nothing
       const auto [volume, scale] =
-          six_volumes(mesh, piece, [&state](std::size_t face) { return state[face] == State::flipped; });
+          six_volumes(mesh, piece, [&state](int face) { return state[face] == State::flipped; });
       if (std::abs(volume) > flat * scale) {
         wrong = volume < 0 ? State::kept : State::flipped;
       }
@@ -285,46 +221,19 @@ int orient(SurfaceMesh& mesh, const std::vector<Edge>& edges, std::vector<int>& 
   return flipped;
 }
 
-/// The first few names.
-std::string first_of(const std::vector<std::string>& names) {
-  constexpr std::size_t shown = 5;
-  std::string text;
-  for (std::size_t i = 0; i < std::min(names.size(), shown); ++i) {
-    text += (i > 0 ? ", " : "") + names[i];
-  }
-  return text + (names.size() > shown ? ", ..." : "");
+/// The first few of a list, as words.
+template <class Item>
+std::string first_of(const std::vector<Item>& items) {
+  const auto end = items.begin() + std::min<std::ptrdiff_t>(items.size(), 5);
+  return fmt::format("{}{}", fmt::join(items.begin(), end, ", "), end == items.end() ? "" : ", ...");
 }
 
-/// Collects the faults that cannot be repaired, as parts of one line.
-class Faults {
- public:
-  /// `names` are those of the elements; the first few are listed.
-  void add(const std::string& singular, const std::string& plural, const std::vector<std::string>& names) {
-    if (names.empty()) {
-      return;
-    }
-    parts_.push_back(std::to_string(names.size()) + " " + (names.size() == 1 ? singular : plural) + " (" +
-                     first_of(names) + ")");
+/// The numbers in the file of points or faces. @param ids SurfaceMesh::point_id or face_id
+std::vector<int> in_file(std::vector<int> numbers, const std::vector<int>& ids) {
+  if (!ids.empty()) {
+    std::transform(numbers.begin(), numbers.end(), numbers.begin(), [&ids](int number) { return ids[number]; });
   }
-  bool none() const { return parts_.empty(); }
-  const std::vector<std::string>& parts() const { return parts_; }
-
- private:
-  std::vector<std::string> parts_;
-};
-
-std::vector<std::string> face_names(const SurfaceMesh& mesh, const std::vector<int>& faces) {
-  std::vector<std::string> names(faces.size());
-  std::transform(faces.begin(), faces.end(), names.begin(),
-                 [&mesh](int face) { return std::to_string(mesh.id_of_face(face)); });
-  return names;
-}
-
-std::vector<std::string> point_names(const SurfaceMesh& mesh, const std::vector<int>& points) {
-  std::vector<std::string> names(points.size());
-  std::transform(points.begin(), points.end(), names.begin(),
-                 [&mesh](int point) { return std::to_string(mesh.id_of_point(point)); });
-  return names;
+  return numbers;
 }
 
 /// Faces that name a point twice or have no area, and quads with corners turned against the others.
@@ -342,8 +251,8 @@ void find_bad_faces(const SurfaceMesh& mesh, std::vector<int>& degenerate, std::
     std::vector<Eigen::Vector3d> normals;
     Eigen::Vector3d mean = Eigen::Vector3d::Zero();
     for (std::size_t k = 0; k < corners; ++k) {
-      const Eigen::Vector3d ahead = corner_point(mesh, f, k + 1) - corner_point(mesh, f, k);
-      const Eigen::Vector3d back = corner_point(mesh, f, k + corners - 1) - corner_point(mesh, f, k);
+      const Eigen::Vector3d ahead = mesh.corner(f, k + 1) - mesh.corner(f, k);
+      const Eigen::Vector3d back = mesh.corner(f, k + corners - 1) - mesh.corner(f, k);
       longest = std::max(longest, ahead.squaredNorm());
       normals.push_back(ahead.cross(back));
       largest = std::max(largest, normals.back().norm());
@@ -372,10 +281,9 @@ std::vector<int> find_split_points(const SurfaceMesh& mesh, const std::vector<Ed
     corner_count += face.size();
   }
   const auto corner_at = [&](const Side& side, bool low) {
-    const std::size_t face = side.face;
-    const std::size_t begin = static_cast<std::size_t>(side.corner);
-    const std::size_t end = (begin + 1) % mesh.faces[face].size();
-    return first_corner[face] + (side.forward == low ? begin : end);
+    const std::size_t begin = side.corner;
+    const std::size_t end = (begin + 1) % mesh.faces[side.face].size();
+    return first_corner[side.face] + (side.forward == low ? begin : end);
   };
   DisjointSets fans(corner_count);
   for (const Edge& edge : edges) {
@@ -386,29 +294,25 @@ std::vector<int> find_split_points(const SurfaceMesh& mesh, const std::vector<Ed
   }
   constexpr std::size_t none = static_cast<std::size_t>(-1);
   std::vector<std::size_t> fan(mesh.points.size(), none);
-  std::vector<bool> split(mesh.points.size(), false);
+  std::vector<int> split;
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
     for (std::size_t k = 0; k < mesh.faces[f].size(); ++k) {
-      const std::size_t point = mesh.faces[f][k];
+      const int point = mesh.faces[f][k];
       const std::size_t root = fans.find(first_corner[f] + k);
-      split[point] = split[point] || (fan[point] != none && fan[point] != root);
+      if (fan[point] != none && fan[point] != root) {
+        split.push_back(point);
+      }
       fan[point] = root;
     }
   }
-  std::vector<int> points;
-  for (std::size_t i = 0; i < split.size(); ++i) {
-    if (split[i]) {
-      points.push_back(static_cast<int>(i));
-    }
-  }
-  return points;
+  sort_members(split);
+  return split;
 }
 
-/// The triangles of all faces that can be split; those that cannot, and are not `degenerate` already, are faults.
+/// The triangles of all faces that are not `degenerate`; those that cannot be split go to `crossed`.
 std::vector<std::array<int, 3>> split_faces(const SurfaceMesh& mesh, const std::vector<int>& degenerate,
-                                            Faults& faults) {
+                                            std::vector<int>& crossed) {
   std::vector<std::array<int, 3>> triangles;
-  std::vector<int> crossed;
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
     if (std::binary_search(degenerate.begin(), degenerate.end(), static_cast<int>(f))) {
       continue;
@@ -421,8 +325,6 @@ std::vector<std::array<int, 3>> split_faces(const SurfaceMesh& mesh, const std::
       triangles.push_back({mesh.faces[f][a], mesh.faces[f][b], mesh.faces[f][c]});
     }
   }
-  faults.add("polygon that cannot be split into triangles", "polygons that cannot be split into triangles",
-             face_names(mesh, crossed));
   return triangles;
 }
 
@@ -438,9 +340,8 @@ void require_few_at_each_point(const SurfaceMesh& mesh, const std::vector<std::a
   }
   const auto largest = std::max_element(count.begin(), count.end());
   if (*largest > most) {
-    throw Error(name + ": " + std::to_string(*largest) + " triangles meet at point " +
-                std::to_string(mesh.id_of_point(static_cast<int>(largest - count.begin()))) + ", expected at most " +
-                std::to_string(most));
+    throw Error(fmt::format("{}: {} triangles meet at point {}, expected at most {}", name, *largest,
+                            mesh.id_of_point(static_cast<int>(largest - count.begin())), most));
   }
 }
 
@@ -458,12 +359,12 @@ void count_topology(const SurfaceMesh& mesh, const std::vector<Edge>& edges, Mes
   std::vector<int> valence(mesh.points.size(), 0);
   std::vector<bool> on_boundary(mesh.points.size(), false);
   for (const Edge& edge : edges) {
-    const std::size_t low = edge.begin->low;
-    const std::size_t high = edge.begin->high;
+    const int low = edge.begin->low;
+    const int high = edge.begin->high;
     ++valence[low];
     ++valence[high];
     for (auto side = edge.begin + 1; side < edge.end; ++side) {
-      pieces.unite(static_cast<std::size_t>(edge.begin->face), static_cast<std::size_t>(side->face));
+      pieces.unite(edge.begin->face, side->face);
     }
     if (edge.faces() == 1) {
       ++report.boundary_edges;
@@ -491,13 +392,13 @@ double radius_ratio(const Eigen::Vector3d& p, const Eigen::Vector3d& q, const Ei
 void measure_quality(const SurfaceMesh& mesh, MeshReport& report) {
   double sum_of_ratios = 0;
   report.smallest_angle = pi;
-  report.shortest_edge = (corner_point(mesh, 0, 1) - corner_point(mesh, 0, 0)).norm();
+  report.shortest_edge = (mesh.corner(0, 1) - mesh.corner(0, 0)).norm();
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
     const std::size_t corners = mesh.faces[f].size();
     Eigen::Vector3d twice_area = Eigen::Vector3d::Zero();
     for (std::size_t k = 0; k < corners; ++k) {
-      const Eigen::Vector3d ahead = corner_point(mesh, f, k + 1) - corner_point(mesh, f, k);
-      const Eigen::Vector3d back = corner_point(mesh, f, k + corners - 1) - corner_point(mesh, f, k);
+      const Eigen::Vector3d ahead = mesh.corner(f, k + 1) - mesh.corner(f, k);
+      const Eigen::Vector3d back = mesh.corner(f, k + corners - 1) - mesh.corner(f, k);
       const double angle = std::atan2(ahead.cross(back).norm(), ahead.dot(back));
       if (angle < report.smallest_angle) {
         report.smallest_angle = angle;
@@ -505,12 +406,12 @@ void measure_quality(const SurfaceMesh& mesh, MeshReport& report) {
       }
       report.shortest_edge = std::min(report.shortest_edge, ahead.norm());
       report.longest_edge = std::max(report.longest_edge, ahead.norm());
-      const Eigen::Vector3d& origin = corner_point(mesh, f, 0);
-      twice_area += (corner_point(mesh, f, k) - origin).cross(corner_point(mesh, f, k + 1) - origin);
+      const Eigen::Vector3d& origin = mesh.corner(f, 0);
+      twice_area += (mesh.corner(f, k) - origin).cross(mesh.corner(f, k + 1) - origin);
     }
     report.area += 0.5 * twice_area.norm();
     if (corners == 3) {
-      const double ratio = radius_ratio(corner_point(mesh, f, 0), corner_point(mesh, f, 1), corner_point(mesh, f, 2));
+      const double ratio = radius_ratio(mesh.corner(f, 0), mesh.corner(f, 1), mesh.corner(f, 2));
       report.smallest_radius_ratio = std::min(report.smallest_radius_ratio, ratio);
       sum_of_ratios += ratio;
     }
@@ -523,60 +424,44 @@ void measure_quality(const SurfaceMesh& mesh, MeshReport& report) {
 /// "3 points were merged ...": each kind of repair that was needed.
 std::vector<std::string> repairs(const MeshReport& report) {
   std::vector<std::string> texts;
-  const auto add = [&texts](int count, const char* singular, const char* plural, const char* what) {
+  const auto add = [&texts](int count, const char* what, const char* how) {
     if (count > 0) {
-      texts.push_back(std::to_string(count) + " " + (count == 1 ? singular : plural) + " " + what);
+      texts.push_back(fmt::format("{} {}{} {}", count, what, count == 1 ? "" : "s", how));
     }
   };
-  add(report.merged_points, "duplicate point", "duplicate points", "merged with others at the same place");
-  add(report.removed_faces, "face", "faces", "removed that repeated another or had collapsed");
-  add(report.removed_points, "point", "points", "removed that no face used");
-  add(report.flipped_faces, "face", "faces", "flipped to agree with the neighbours or to face outward");
+  add(report.merged_points, "duplicate point", "merged with others at the same place");
+  add(report.removed_faces, "face", "removed that repeated another or had collapsed");
+  add(report.removed_points, "point", "removed that no face used");
+  add(report.flipped_faces, "face", "flipped to agree with the neighbours or to face outward");
   return texts;
-}
-
-std::string join(const std::vector<std::string>& texts) {
-  std::string all;
-  for (const std::string& text : texts) {
-    all += (all.empty() ? "" : "; ") + text;
-  }
-  return all;
 }
 
 }  // namespace
 
 std::string MeshReport::size() const {
-  std::ostringstream size;
-  size << points << " points, " << faces << " faces (" << quads << " quads, " << triangles << " triangles), "
-       << components << (components == 1 ? " piece, " : " pieces, ");
-  if (boundary_edges == 0) {
-    size << "closed";
-    if (volume != 0) {
-      size << ", encloses " << volume << " m^3";
-    }
-  } else {
-    size << "open, " << boundary_edges << " boundary edges in " << boundary_loops
-         << (boundary_loops == 1 ? " loop" : " loops");
-  }
-  return size.str();
+  return fmt::format("{} points, {} faces ({} quads, {} triangles), {} {}, {}{}", points, faces, quads, triangles,
+                     components, components == 1 ? "piece" : "pieces",
+                     boundary_edges == 0 ? "closed"
+                                         : fmt::format("open, {} boundary edges in {} {}", boundary_edges,
+                                                       boundary_loops, boundary_loops == 1 ? "loop" : "loops"),
+                     boundary_edges == 0 && volume != 0 ? fmt::format(", encloses {:g} m^3", volume) : "");
 }
 
 std::string MeshReport::quality() const {
-  std::ostringstream quality;
-  quality.precision(3);
-  quality << "area " << area << " m^2, edges " << shortest_edge << " to " << longest_edge << " m (ratio "
-          << longest_edge / shortest_edge << "), smallest angle " << smallest_angle * degrees << " deg, ";
+  std::string text =
+      fmt::format("area {:.3g} m^2, edges {:.3g} to {:.3g} m (ratio {:.3g}), smallest angle {:.3g} deg, ", area,
+                  shortest_edge, longest_edge, longest_edge / shortest_edge, smallest_angle * degrees);
   if (triangles > 0) {
-    quality << "twice inner over outer radius of the triangles " << smallest_radius_ratio << " (mean "
-            << mean_radius_ratio << "), ";
+    text += fmt::format("twice inner over outer radius of the triangles {:.3g} (mean {:.3g}), ", smallest_radius_ratio,
+                        mean_radius_ratio);
   }
-  quality << "valence";
+  text += "valence";
   const char* separator = " ";
   for (const auto& [edges_at_point, count] : valence) {
-    quality << separator << edges_at_point << ": " << count;
+    text += fmt::format("{}{}: {}", separator, edges_at_point, count);
     separator = ", ";
   }
-  return quality.str();
+  return text;
 }
 
 std::vector<std::string> MeshReport::remarks() const {
@@ -585,7 +470,7 @@ std::vector<std::string> MeshReport::remarks() const {
     texts.push_back("repaired: " + repair);
   }
   if (intersections > 0) {
-    texts.push_back("warning: " + std::to_string(intersections) + " pairs of triangles cut through each other");
+    texts.push_back(fmt::format("warning: {} pairs of triangles cut through each other", intersections));
   }
   if (!all_intersections) {
     texts.push_back("warning: too many triangles lie close together to look at all pairs that may cut each other");
@@ -593,37 +478,26 @@ std::vector<std::string> MeshReport::remarks() const {
   if (slits.near_points > 0) {
     // A little more than the largest gap, in one digit.
     const double digit = std::pow(10, std::floor(std::log10(1.01 * slits.largest_gap)));
-    std::ostringstream text;
-    text.precision(2);
-    text << "warning: " << slits.near_points << " points lie as good as on others and are not joined to them, at most "
-         << slits.largest_gap << " m apart: mesh.merge_distance " << digit * std::ceil(1.01 * slits.largest_gap / digit)
-         << " merges them";
-    texts.push_back(text.str());
+    texts.push_back(
+        fmt::format("warning: {} points lie as good as on others and are not joined to them, at most {:.2g} m apart: "
+                    "mesh.merge_distance {:.2g} merges them",
+                    slits.near_points, slits.largest_gap, digit * std::ceil(1.01 * slits.largest_gap / digit)));
   }
   if (!slits.on_sides.empty()) {
     const bool is_one = slits.on_sides.size() == 1;
-    std::vector<std::string> names;
-    std::transform(slits.on_sides.begin(), slits.on_sides.end(), std::back_inserter(names),
-                   [](int point) { return std::to_string(point); });
-    texts.push_back(
-        "warning: point" + std::string(is_one ? " " : "s ") + first_of(names) +
-        (is_one ? " lies on a side of a face that does not have it" : " lie on sides of faces that do not have them") +
-        ": slits, where nothing joins the faces");
+    texts.push_back(fmt::format(
+        "warning: point{} {} {}: slits, where nothing joins the faces", is_one ? "" : "s", first_of(slits.on_sides),
+        is_one ? "lies on a side of a face that does not have it" : "lie on sides of faces that do not have them"));
   }
   if (smallest_angle * degrees < 1) {
-    std::ostringstream angle;
-    angle.precision(2);
-    angle << "warning: an angle of " << smallest_angle * degrees << " degrees in face " << sharpest_face
-          << "; faces as thin as this may make solvers fail";
-    texts.push_back(angle.str());
+    texts.push_back(
+        fmt::format("warning: an angle of {:.2g} degrees in face {}; faces as thin as this may make solvers fail",
+                    smallest_angle * degrees, sharpest_face));
   }
   constexpr double harmless = 1e-9;  // The stiffest of the scenes, disc.yaml, fails from 9e-9 on.
   if (rounding > harmless) {
-    std::ostringstream text;
-    text.precision(2);
-    text << "warning: so far from the origin that places are rounded to " << rounding
-         << " of a side; mesh.shift moves it";
-    texts.push_back(text.str());
+    texts.push_back(fmt::format(
+        "warning: so far from the origin that places are rounded to {:.2g} of a side; mesh.shift moves it", rounding));
   }
   return texts;
 }
@@ -646,9 +520,9 @@ void measure_rounding(const SurfaceMesh& mesh, MeshReport& report) {
   double sides = 0;
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
     for (std::size_t k = 0; k < mesh.faces[f].size(); ++k) {
-      const Eigen::Vector3d& corner = corner_point(mesh, f, k);
+      const Eigen::Vector3d& corner = mesh.corner(f, k);
       farthest = std::max(farthest, corner.lpNorm<Eigen::Infinity>());
-      sum += (corner_point(mesh, f, k + 1) - corner).norm();
+      sum += (mesh.corner(f, k + 1) - corner).norm();
       ++sides;
     }
   }
@@ -656,11 +530,10 @@ void measure_rounding(const SurfaceMesh& mesh, MeshReport& report) {
   const double step = std::numeric_limits<double>::epsilon() * farthest;
   const double mean_side = sum / sides;
   if (mean_side > 0 && step > largest * mean_side) {
-    std::ostringstream text;
-    text << report.name << ": " << farthest << " m from the origin, where places are rounded to " << step
-         << " m; expected at most " << largest << " of the mean side, " << mean_side
-         << " m: a mesh nearer to the origin";
-    throw Error(text.str());
+    throw Error(fmt::format(
+        "{}: {:g} m from the origin, where places are rounded to {:g} m; expected at most {:g} of the mean side, {:g} "
+        "m: a mesh nearer to the origin",
+        report.name, farthest, step, largest, mean_side));
   }
   report.rounding = step / mean_side;
 }
@@ -675,15 +548,21 @@ MeshReport check_and_repair(SurfaceMesh& mesh, const std::string& name, std::opt
   report.removed_faces = remove_collapsed_faces(mesh) + remove_repeated_faces(mesh);
   report.removed_points = remove_unused_points(mesh);
   if (mesh.faces.empty()) {
-    throw Error(name + ": no face is left after " + join(repairs(report)) + ", expected a surface mesh");
+    throw Error(
+        fmt::format("{}: no face is left after {}, expected a surface mesh", name, fmt::join(repairs(report), "; ")));
   }
 
-  Faults faults;
+  std::vector<std::string> faults;  // that cannot be repaired
+  const auto add = [&faults](const char* singular, const char* plural, const auto& found) {
+    if (!found.empty()) {
+      faults.push_back(fmt::format("{} {} ({})", found.size(), found.size() == 1 ? singular : plural, first_of(found)));
+    }
+  };
   std::vector<int> degenerate;
   std::vector<int> inverted;
   find_bad_faces(mesh, degenerate, inverted);
-  faults.add("degenerate face", "degenerate faces", face_names(mesh, degenerate));
-  faults.add("inverted or folded quad", "inverted or folded quads", face_names(mesh, inverted));
+  add("degenerate face", "degenerate faces", in_file(degenerate, mesh.face_id));
+  add("inverted or folded quad", "inverted or folded quads", in_file(inverted, mesh.face_id));
 
   const std::vector<Side> sides = sorted_sides(mesh);
   const std::vector<Edge> edges = edges_of(sides);
@@ -693,65 +572,60 @@ MeshReport check_and_repair(SurfaceMesh& mesh, const std::string& name, std::opt
     if (edge.faces() == 1) {
       boundary.push_back({edge.begin->low, edge.begin->high});
     } else if (edge.faces() > 2) {
-      overfull.push_back(std::to_string(mesh.id_of_point(edge.begin->low)) + "-" +
-                         std::to_string(mesh.id_of_point(edge.begin->high)));
+      overfull.push_back(fmt::format("{}-{}", mesh.id_of_point(edge.begin->low), mesh.id_of_point(edge.begin->high)));
     }
   }
-  faults.add("non-manifold edge", "non-manifold edges", overfull);
-  faults.add("non-manifold vertex", "non-manifold vertices", point_names(mesh, find_split_points(mesh, edges)));
+  add("non-manifold edge", "non-manifold edges", overfull);
+  add("non-manifold vertex", "non-manifold vertices", in_file(find_split_points(mesh, edges), mesh.point_id));
   std::vector<int> twisted;
   report.flipped_faces = orient(mesh, edges, twisted);
-  faults.add("one-sided piece that cannot be oriented, at face", "one-sided pieces that cannot be oriented, at faces",
-             face_names(mesh, twisted));
+  add("one-sided piece that cannot be oriented, at face", "one-sided pieces that cannot be oriented, at faces",
+      in_file(twisted, mesh.face_id));
 
   count_topology(mesh, edges, report);
   measure_quality(mesh, report);
-  const std::vector<std::array<int, 3>> triangles = split_faces(mesh, degenerate, faults);
+  std::vector<int> crossed;
+  const std::vector<std::array<int, 3>> triangles = split_faces(mesh, degenerate, crossed);
+  add("polygon that cannot be split into triangles", "polygons that cannot be split into triangles",
+      in_file(crossed, mesh.face_id));
   require_few_at_each_point(mesh, triangles, name);
   const SelfIntersections intersections = count_self_intersections(mesh.points, triangles);
   report.intersections = intersections.pairs;
   report.all_intersections = intersections.all;
-  if (faults.none() && report.boundary_edges == 0) {
+  if (!faults.empty()) {
+    const std::vector<std::string> repaired = repairs(report);
+    throw Error(fmt::format("{}: {} (numbers from 0), expected a manifold surface; it has {}{}{}{}", name,
+                            fmt::join(faults, "; "), report.size(),
+                            report.intersections > 0
+                                ? fmt::format("; {} pairs of triangles cut through each other", report.intersections)
+                                : "",
+                            repaired.empty() ? "" : "; repaired: ", fmt::join(repaired, "; ")));
+  }
+  if (report.boundary_edges == 0) {
     report.volume = enclosed_volume(mesh);
   }
-  if (faults.none()) {
-    report.slits = find_slits(mesh, boundary);
-    if (report.components > 1) {
-      report.nested = find_nested_pieces(mesh, triangles, boundary);
-    }
-    for (int& point : report.slits.on_sides) {
-      point = mesh.id_of_point(point);
-    }
-    for (int& point : report.nested.first) {
-      point = mesh.id_of_point(point);
-    }
+  report.slits = find_slits(mesh, boundary);
+  report.slits.on_sides = in_file(report.slits.on_sides, mesh.point_id);
+  if (report.components > 1) {
+    report.nested = find_nested_pieces(mesh, triangles, boundary);
   }
-  if (!faults.none()) {
-    std::string text =
-        name + ": " + join(faults.parts()) + " (numbers from 0), expected a manifold surface; it has " + report.size();
-    if (report.intersections > 0) {
-      text += "; " + std::to_string(report.intersections) + " pairs of triangles cut through each other";
-    }
-    const std::string repaired = join(repairs(report));
-    throw Error(text + (repaired.empty() ? "" : "; repaired: " + repaired));
+  for (int& point : report.nested.first) {
+    point = mesh.id_of_point(point);
   }
   return report;
 }
 
 std::string fault_of_quads(const SurfaceMesh& mesh) {
-  std::vector<int> others;
-  for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
-    if (mesh.faces[f].size() != 4) {
-      others.push_back(static_cast<int>(f));
-    }
-  }
-  if (others.empty()) {
+  const auto is_quad = [](const std::vector<int>& face) { return face.size() == 4; };
+  const auto first = std::find_if_not(mesh.faces.begin(), mesh.faces.end(), is_quad);
+  if (first == mesh.faces.end()) {
     return "";
   }
-  const std::size_t corners = mesh.faces[others.front()].size();
-  return std::to_string(others.size()) + " of " + std::to_string(mesh.faces.size()) +
-         " faces are no quads (the first is face " + std::to_string(mesh.id_of_face(others.front())) + " with " +
-         std::to_string(corners) + " corners), expected quads only: a burning sheet is built on quads";
+  const auto others = mesh.faces.end() - first - std::count_if(first, mesh.faces.end(), is_quad);
+  return fmt::format(
+      "{} of {} faces are no quads (the first is face {} with {} corners), expected quads only: a burning sheet is "
+      "built on quads",
+      others, mesh.faces.size(), mesh.id_of_face(static_cast<int>(first - mesh.faces.begin())), first->size());
 }
 
 }  // namespace meshing

@@ -5,8 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "meshing/nested_pieces.h"
-#include "meshing/slits.h"
+#include "meshing/overlaps.h"
 #include "meshing/surface_mesh.h"
 
 namespace pellicle {

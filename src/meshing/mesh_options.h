@@ -7,13 +7,11 @@
 #include <vector>
 
 #include "meshing/blobs.h"
+#include "meshing/mesh_check.h"
 #include "meshing/surface_mesh.h"
 #include "options/choice.h"
 
 namespace pellicle {
-inline namespace options {
-class OptionTable;
-}  // namespace options
 inline namespace meshing {
 
 /// Shapes of generated meshes, as in `describe`; file needs `MeshOptions::file`.
@@ -73,6 +71,16 @@ void describe(OptionTable& table, MeshOptions& options);
 /// make_checked_mesh. Not collective.
 /// @throws Error on a bad file or bad parameters.
 SurfaceMesh make_mesh(const MeshOptions& options);
+
+struct CheckedMesh {
+  SurfaceMesh mesh;
+  MeshReport report;
+};
+
+/// Makes the mesh of the options, checks and repairs it, and scales it to the given volume, about the origin of the
+/// file's coordinates. Not collective.
+/// @throws Error as make_mesh and check_and_repair do, and if a volume is given for an open mesh
+CheckedMesh make_checked_mesh(const MeshOptions& options);
 
 }  // namespace meshing
 }  // namespace pellicle

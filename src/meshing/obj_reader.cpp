@@ -1,7 +1,8 @@
+#include <fmt/format.h>
+
 #include <set>
 #include <utility>
 
-#include "base/error.h"
 #include "meshing/format_readers.h"
 #include "meshing/text_file.h"
 
@@ -16,7 +17,7 @@ int resolve(const TextFile& file, std::string_view word, std::size_t count, cons
   const int items = static_cast<int>(count);
   const int index = number > 0 ? number - 1 : items + number;
   if (number == 0 || index < 0 || index >= items) {
-    file.fail(std::string(what) + " " + std::to_string(number) + ", expected one from 1 to " + std::to_string(items));
+    file.fail(fmt::format("{} {}, expected one from 1 to {}", what, number, items));
   }
   return index;
 }
@@ -33,14 +34,14 @@ SurfaceMesh read_obj(const std::string& path) {
   std::vector<Eigen::Vector2d> textures;
   std::vector<std::string> names;                                         // of the groups of the faces that follow
   std::vector<std::pair<std::vector<int>*, std::vector<int>*>> of_group;  // their points and faces, once one has
-  TextFile file(path, {/*comments=*/true, keywords});
+  TextFile file(path, /*comments=*/true, keywords);
   while (file.next_line()) {
     const std::vector<std::string_view>& words = file.words();
     const std::string_view keyword = words.front();
     if (keyword == "v") {
       // x y z, then a weight or a colour, which is ignored.
       if (words.size() < 4 || words.size() > 8) {
-        file.fail(std::to_string(words.size() - 1) + " coordinates, expected 3");
+        file.fail(fmt::format("{} coordinates, expected 3", words.size() - 1));
       }
       mesh.points.emplace_back(file.number(words[1], "a coordinate"), file.number(words[2], "a coordinate"),
                                file.number(words[3], "a coordinate"));
@@ -67,7 +68,7 @@ SurfaceMesh read_obj(const std::string& path) {
         }
       }
       if (face.size() < 3) {
-        file.fail("a face of " + std::to_string(face.size()) + " corners, expected at least 3");
+        file.fail(fmt::format("a face of {} corners, expected at least 3", face.size()));
       }
       for (const std::string& name : names) {
         of_group.emplace_back(&mesh.groups[name], &mesh.face_groups[name]);
@@ -83,16 +84,14 @@ SurfaceMesh read_obj(const std::string& path) {
       // A name given twice counts once; very many are no list of names, and each takes memory for every face.
       const std::set<std::string_view> different(words.begin() + 1, words.end());
       if (different.size() > most_groups) {
-        file.fail(std::to_string(different.size()) + " groups for one face, expected at most " +
-                  std::to_string(most_groups));
+        file.fail(fmt::format("{} groups for one face, expected at most {}", different.size(), most_groups));
       }
       names.assign(different.begin(), different.end());
       of_group.clear();
     } else if (keywords.count(keyword) == 0) {
-      file.fail("keyword '" + std::string(keyword) + "', expected v, vt, f or g");
+      file.fail(fmt::format("keyword '{}', expected v, vt, f or g", keyword));
     }
   }
-  sort_groups(mesh);
   return mesh;
 }
 

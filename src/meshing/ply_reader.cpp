@@ -1,14 +1,14 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <fstream>
 #include <iterator>
 #include <limits>
 #include <map>
 #include <optional>
-#include <sstream>
 
 #include "base/error.h"
 #include "base/units.h"
@@ -22,14 +22,29 @@ namespace {
 
 enum class Format { ascii, little_endian, big_endian };
 
-/// A type of numbers.
+/// A type of numbers in bytes.
 struct NumberType {
-  char kind;         ///< f: floating point, i: signed, u: unsigned
   std::size_t size;  ///< [bytes]
+  double (*read)(const char* bytes, bool is_big_endian);
 };
+
+template <class Number>
+NumberType number_type() {
+  return {sizeof(Number), [](const char* bytes, bool is_big_endian) {
+            std::array<char, sizeof(Number)> ordered{};
+            std::copy_n(bytes, sizeof(Number), ordered.begin());
+            if (is_big_endian) {
+              std::reverse(ordered.begin(), ordered.end());
+            }
+            Number number;
+            std::memcpy(&number, ordered.data(), sizeof number);
+            return static_cast<double>(number);
+          }};
+}
 
 /// Meaning of a property for the reader; an element has each at most once.
 enum class Role { none, x, y, z, u, v, corners, texture, strips };
+constexpr std::size_t roles = static_cast<std::size_t>(Role::strips) + 1;
 
 /// A number, or with a count type a list of numbers, that every item of an element has.
 struct Property {
@@ -42,177 +57,225 @@ struct Element {
   std::string name;
   int count = 0;
   std::vector<Property> properties;
+  std::array<bool, roles> has_role{};  ///< of a property
 
-  bool has(Role role) const {
-    return std::any_of(properties.begin(), properties.end(), [role](const Property& p) { return p.role == role; });
-  }
-};
-
-struct Header {
-  Format format = Format::ascii;
-  std::vector<Element> elements;
+  bool has(Role role) const { return has_role[static_cast<std::size_t>(role)]; }
 };
 
 /// The numbers that the header may name; both spellings of each type.
 const std::map<std::string_view, NumberType>& number_types() {
   static const std::map<std::string_view, NumberType> types{
-      {"char", {'i', 1}},  {"int8", {'i', 1}},    {"uchar", {'u', 1}},  {"uint8", {'u', 1}},
-      {"short", {'i', 2}}, {"int16", {'i', 2}},   {"ushort", {'u', 2}}, {"uint16", {'u', 2}},
-      {"int", {'i', 4}},   {"int32", {'i', 4}},   {"uint", {'u', 4}},   {"uint32", {'u', 4}},
-      {"float", {'f', 4}}, {"float32", {'f', 4}}, {"double", {'f', 8}}, {"float64", {'f', 8}}};
+      {"char", number_type<std::int8_t>()},     {"int8", number_type<std::int8_t>()},
+      {"uchar", number_type<std::uint8_t>()},   {"uint8", number_type<std::uint8_t>()},
+      {"short", number_type<std::int16_t>()},   {"int16", number_type<std::int16_t>()},
+      {"ushort", number_type<std::uint16_t>()}, {"uint16", number_type<std::uint16_t>()},
+      {"int", number_type<std::int32_t>()},     {"int32", number_type<std::int32_t>()},
+      {"uint", number_type<std::uint32_t>()},   {"uint32", number_type<std::uint32_t>()},
+      {"float", number_type<float>()},          {"float32", number_type<float>()},
+      {"double", number_type<double>()},        {"float64", number_type<double>()}};
   return types;
 }
 
-Role role_of(std::string_view element, std::string_view property, bool is_list) {
-  static const std::map<std::string_view, Role> of_vertex{{"x", Role::x}, {"y", Role::y}, {"z", Role::z},
-                                                          {"u", Role::u}, {"s", Role::u}, {"texture_u", Role::u},
-                                                          {"v", Role::v}, {"t", Role::v}, {"texture_v", Role::v}};
-  static const std::map<std::string_view, Role> of_face{
+Role role_of(const std::string& element, std::string_view property, bool is_list) {
+  using Roles = std::map<std::string_view, Role>;
+  static const Roles of_vertex{{"x", Role::x}, {"y", Role::y}, {"z", Role::z},
+                               {"u", Role::u}, {"s", Role::u}, {"texture_u", Role::u},
+                               {"v", Role::v}, {"t", Role::v}, {"texture_v", Role::v}};
+  static const Roles of_face{
       {"vertex_indices", Role::corners}, {"vertex_index", Role::corners}, {"texcoord", Role::texture}};
-  static const std::map<std::string_view, Role> of_strips{{"vertex_indices", Role::strips},
-                                                          {"vertex_index", Role::strips}};
-  if (is_list == (element == "vertex") || (element != "face" && element != "vertex" && element != "tristrips")) {
+  static const Roles of_strips{{"vertex_indices", Role::strips}, {"vertex_index", Role::strips}};
+  static const std::map<std::string_view, Roles> known{
+      {"vertex", of_vertex}, {"face", of_face}, {"tristrips", of_strips}};
+  const auto roles = known.find(element);
+  if (roles == known.end() || is_list == (element == "vertex")) {
     return Role::none;
   }
-  const auto& roles = element == "vertex" ? of_vertex : element == "face" ? of_face : of_strips;
-  const auto role = roles.find(property);
-  return role == roles.end() ? Role::none : role->second;
+  const auto role = roles->second.find(property);
+  return role == roles->second.end() ? Role::none : role->second;
 }
 
-/// Whether what is counted has the properties that are needed, and whether the file has clearance for it.
-void check_elements(const TextFile& file, const Header& header) {
-  for (const Element& element : header.elements) {
-    std::size_t bytes = 0;
-    for (const Property& property : element.properties) {
-      // As text a digit and a blank; an empty list has only its count.
-      bytes += header.format == Format::ascii ? 2 : property.count_type.value_or(property.type).size;
-    }
-    if (element.count > 0 && bytes == 0) {
-      file.fail("element " + element.name + " has no properties, expected some");
-    }
-    if (element.count > 0) {
-      file.count(std::to_string(element.count), ("the number of items of element " + element.name).c_str(), bytes);
-    }
-    if (element.name == "vertex" && !(element.has(Role::x) && element.has(Role::y) && element.has(Role::z))) {
-      file.fail("element vertex without properties x, y and z");
-    }
-    if ((element.name == "face" || element.name == "tristrips") &&
-        !(element.has(Role::corners) || element.has(Role::strips))) {
-      file.fail("element " + element.name + " without a list vertex_indices");
-    }
-  }
+/// A point number; any other number becomes one that read_mesh refuses.
+int to_point(double value) {
+  const bool is_number = value >= 0 && value <= std::numeric_limits<int>::max() && std::floor(value) == value;
+  return is_number ? static_cast<int>(value) : -1;
 }
 
-Header read_header(TextFile& file) {
-  const auto fail = [&file] {
-    file.fail("'" + std::string(file.words().front()) + "' in the header, expected a PLY header");
-  };
-  if (!file.next_line() || file.words().front() != "ply") {
-    file.fail("no 'ply' on the first line, expected a PLY file");
-  }
-  Header header;
-  while (file.next_line()) {
-    const std::vector<std::string_view>& words = file.words();
-    if (words[0] == "end_header") {
-      check_elements(file, header);
-      file.skip_line();
-      return header;
-    }
-    if (words[0] == "format" && words.size() == 3) {
-      static const std::map<std::string_view, Format> formats{{"ascii", Format::ascii},
-                                                              {"binary_little_endian", Format::little_endian},
-                                                              {"binary_big_endian", Format::big_endian}};
-      const auto format = formats.find(words[1]);
-      if (format == formats.end()) {
-        file.fail("format '" + std::string(words[1]) + "', expected ascii, binary_little_endian or binary_big_endian");
-      }
-      header.format = format->second;
-    } else if (words[0] == "element" && words.size() == 3) {
-      const auto same = [&words](const Element& element) { return element.name == words[1]; };
-      if (std::any_of(header.elements.begin(), header.elements.end(), same)) {
-        file.fail("element " + std::string(words[1]) + " a second time");
-      }
-      header.elements.push_back({std::string(words[1]), file.count(words[2], "a count", 1), {}});
-    } else if (words[0] == "property" && !header.elements.empty() &&
-               (words.size() == 3 || (words.size() == 5 && words[1] == "list"))) {
-      Element& element = header.elements.back();
-      const bool is_list = words.size() == 5;
-      const auto type = number_types().find(words[words.size() - 2]);
-      const auto count_type = number_types().find(words[is_list ? 2 : 1]);
-      if (type == number_types().end() || count_type == number_types().end()) {
-        fail();
-      }
-      Property property{role_of(element.name, words.back(), is_list), type->second, std::nullopt};
-      if (is_list) {
-        property.count_type = count_type->second;
-      }
-      if (property.role != Role::none && element.has(property.role)) {
-        file.fail("property " + std::string(words.back()) + " of element " + element.name + " a second time");
-      }
-      element.properties.push_back(property);
-    } else if (words[0] != "comment" && words[0] != "obj_info") {
-      fail();
-    }
-  }
-  file.fail("the file ends in the header, expected end_header");
-}
-
-/// The numbers behind the header, as text or as bytes.
-class Body {
+/// Reads the header, and then its elements one after the other.
+class PlyReader {
  public:
-  Body(TextFile& file, const std::string& path, Format format) : file_(file), path_(path), format_(format) {
-    if (format == Format::ascii) {
-      return;
+  explicit PlyReader(const std::string& path) : path_(path), file_(path) {}
+
+  SurfaceMesh read() {
+    read_header();
+    at_ = file_.position();
+    for (const Element& element : elements_) {
+      for (int item = 0; item < element.count; ++item) {
+        read_item(element, item);
+      }
     }
-    bytes_.open(path, std::ios::binary);
-    bytes_.seekg(static_cast<std::streamoff>(file.position()));
+    // Bytes behind the last number may be padding.
+    if (format_ == Format::ascii && (file_.words_left() > 0 || file_.next_line())) {
+      file_.fail(fmt::format("'{}' after the last item, expected the end of the file", file_.next_word("the end")));
+    }
+    const auto has_some = [](const std::vector<Eigen::Vector2d>& uv) { return !uv.empty(); };
+    if (std::any_of(mesh_.uv.begin(), mesh_.uv.end(), has_some)) {
+      mesh_.uv.resize(mesh_.faces.size());
+    } else if (!uv_of_points_.empty()) {
+      mesh_.uv = uv_of_corners(mesh_, uv_of_points_);
+    }
+    return std::move(mesh_);
   }
 
+ private:
+  void read_header() {
+    const auto fail_at_line = [this] {
+      file_.fail(fmt::format("'{}' in the header, expected a PLY header", file_.words().front()));
+    };
+    if (!file_.next_line() || file_.words().front() != "ply") {
+      file_.fail("no 'ply' on the first line, expected a PLY file");
+    }
+    while (file_.next_line()) {
+      const std::vector<std::string_view>& words = file_.words();
+      if (words[0] == "end_header") {
+        check_elements();
+        file_.skip_line();
+        return;
+      }
+      if (words[0] == "format" && words.size() == 3) {
+        static const std::map<std::string_view, Format> formats{{"ascii", Format::ascii},
+                                                                {"binary_little_endian", Format::little_endian},
+                                                                {"binary_big_endian", Format::big_endian}};
+        const auto format = formats.find(words[1]);
+        if (format == formats.end()) {
+          file_.fail(fmt::format("format '{}', expected ascii, binary_little_endian or binary_big_endian", words[1]));
+        }
+        format_ = format->second;
+      } else if (words[0] == "element" && words.size() == 3) {
+        const auto same = [&words](const Element& element) { return element.name == words[1]; };
+        if (std::any_of(elements_.begin(), elements_.end(), same)) {
+          file_.fail(fmt::format("element {} a second time", words[1]));
+        }
+        elements_.push_back({std::string(words[1]), file_.count(words[2], "a count", 1), {}});
+      } else if (words[0] == "property" && !elements_.empty() &&
+                 (words.size() == 3 || (words.size() == 5 && words[1] == "list"))) {
+        Element& element = elements_.back();
+        const bool is_list = words.size() == 5;
+        const auto type = number_types().find(words[words.size() - 2]);
+        const auto count_type = number_types().find(words[is_list ? 2 : 1]);
+        if (type == number_types().end() || count_type == number_types().end()) {
+          fail_at_line();
+        }
+        const Property property{role_of(element.name, words.back(), is_list), type->second,
+                                is_list ? std::optional(count_type->second) : std::nullopt};
+        if (property.role != Role::none && element.has(property.role)) {
+          file_.fail(fmt::format("property {} of element {} a second time", words.back(), element.name));
+        }
+        element.properties.push_back(property);
+        element.has_role[static_cast<std::size_t>(property.role)] = true;
+      } else if (words[0] != "comment" && words[0] != "obj_info") {
+        fail_at_line();
+      }
+    }
+    file_.fail("the file ends in the header, expected end_header");
+  }
+
+  /// Whether what is counted has the properties that are needed, and whether the file has room for it.
+  void check_elements() const {
+    for (const Element& element : elements_) {
+      std::size_t bytes = 0;
+      for (const Property& property : element.properties) {
+        // As text a digit and a blank; an empty list has only its count.
+        bytes += format_ == Format::ascii ? 2 : property.count_type.value_or(property.type).size;
+      }
+      if (element.count > 0 && bytes == 0) {
+        file_.fail(fmt::format("element {} has no properties, expected some", element.name));
+      }
+      if (element.count > 0) {
+        file_.count(std::to_string(element.count), ("the number of items of element " + element.name).c_str(), bytes);
+      }
+      if (element.name == "vertex" && !(element.has(Role::x) && element.has(Role::y) && element.has(Role::z))) {
+        file_.fail("element vertex without properties x, y and z");
+      }
+      if ((element.name == "face" || element.name == "tristrips") &&
+          !(element.has(Role::corners) || element.has(Role::strips))) {
+        file_.fail(fmt::format("element {} without a list vertex_indices", element.name));
+      }
+    }
+  }
+
+  void read_item(const Element& element, int item) {
+    for (const Property& property : element.properties) {
+      read_property(property, numbers_of(property.role));
+    }
+    if (element.name == "vertex") {
+      mesh_.points.emplace_back(number_of(Role::x), number_of(Role::y), number_of(Role::z));
+      if (element.has(Role::u) && element.has(Role::v)) {
+        uv_of_points_.emplace_back(number_of(Role::u), number_of(Role::v));
+      }
+    }
+    if (element.has(Role::corners)) {
+      const std::vector<double>& corners = numbers_of(Role::corners);
+      std::transform(corners.begin(), corners.end(), std::back_inserter(mesh_.faces.emplace_back()), to_point);
+    }
+    if (element.has(Role::strips)) {
+      add_strips();
+    }
+    if (element.has(Role::texture)) {
+      const std::vector<double>& texture = numbers_of(Role::texture);
+      if (texture.size() % 2 != 0) {
+        fail(fmt::format("face {} has {} numbers as texture coordinates, expected two for each corner", item,
+                         texture.size()));
+      }
+      mesh_.uv.resize(mesh_.faces.size());
+      for (std::size_t k = 0; k < texture.size(); k += 2) {
+        mesh_.uv.back().emplace_back(texture[k], texture[k + 1]);
+      }
+    }
+  }
+
+  void read_property(const Property& property, std::vector<double>& numbers) {
+    const double count = property.count_type ? next(*property.count_type) : 1;
+    if (!(count >= 0 && std::floor(count) == count)) {
+      fail(fmt::format("a list of {:g} numbers, expected a whole number", count));
+    }
+    numbers.clear();
+    while (static_cast<double>(numbers.size()) < count) {
+      numbers.push_back(next(property.type));
+    }
+  }
+
+  /// The next number behind the header, as text or as bytes.
   double next(const NumberType& type) {
     if (format_ == Format::ascii) {
-      return file_.number(file_.next_word("a number"), "a number");
+      return file_.next_number("a number");
     }
-    std::array<char, 8> bytes{};
-    if (!bytes_.read(bytes.data(), static_cast<std::streamsize>(type.size))) {
-      throw Error(path_ + ": ends too early, expected as many numbers as its header says");
+    if (type.size > file_.content().size() - at_) {
+      fail("ends too early, expected as many numbers as its header says");
     }
-    if (format_ == Format::big_endian) {
-      std::reverse(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(type.size));
-    }
-    if (type.kind == 'f') {
-      return type.size == 4 ? as<float>(bytes) : as<double>(bytes);
-    }
-    const bool is_unsigned = type.kind == 'u';
-    switch (type.size) {
-      case 1:
-        return is_unsigned ? as<std::uint8_t>(bytes) : as<std::int8_t>(bytes);
-      case 2:
-        return is_unsigned ? as<std::uint16_t>(bytes) : as<std::int16_t>(bytes);
-      default:
-        return is_unsigned ? as<std::uint32_t>(bytes) : as<std::int32_t>(bytes);
-    }
+    const char* bytes = file_.content().data() + at_;
+    at_ += type.size;
+    return type.read(bytes, format_ == Format::big_endian);
   }
 
-  /// The numbers of a list, of which there is a whole number.
-  void next_list(const Property& property, std::vector<double>& values) {
-    const double count = next(*property.count_type);
-    if (!(count >= 0 && std::floor(count) == count)) {
-      std::ostringstream text;
-      text << "a list of " << count << " numbers, expected a whole number";
-      fail(text.str());
+  /// Several strips stand one behind the other, with -1 between them.
+  void add_strips() {
+    std::vector<int> strip;
+    for (const double number : numbers_of(Role::strips)) {
+      if (number == -1) {
+        add_strip(mesh_, strip);
+        strip.clear();
+      } else if (to_point(number) < 0) {
+        fail(fmt::format("a strip names point {}, expected a point number, or -1 between strips", number_text(number)));
+      } else {
+        strip.push_back(to_point(number));
+      }
     }
-    values.clear();
-    while (static_cast<double>(values.size()) < count) {
-      values.push_back(next(property.type));
-    }
+    add_strip(mesh_, strip);
   }
 
-  /// @throws Error if there is text after the last number. Bytes there may be padding.
-  void expect_end() {
-    if (format_ == Format::ascii && (file_.words_left() > 0 || file_.next_line())) {
-      file_.fail("'" + std::string(file_.next_word("the end")) + "' after the last item, expected the end of the file");
-    }
-  }
+  /// The numbers of a role that the present item has.
+  std::vector<double>& numbers_of(Role role) { return numbers_[static_cast<std::size_t>(role)]; }
+  double number_of(Role role) { return numbers_of(role).front(); }
 
   /// @throws Error; text has a line to name
   [[noreturn]] void fail(const std::string& message) const {
@@ -222,113 +285,20 @@ class Body {
     throw Error(path_ + ": " + message);
   }
 
- private:
-  template <class Number>
-  static double as(const std::array<char, 8>& bytes) {
-    Number number;
-    std::memcpy(&number, bytes.data(), sizeof number);
-    return static_cast<double>(number);
-  }
-
-  TextFile& file_;
   std::string path_;
-  Format format_;
-  std::ifstream bytes_;
+  TextFile file_;
+  Format format_ = Format::ascii;
+  std::vector<Element> elements_;
+  std::size_t at_ = 0;  ///< position of the next number in bytes
+  std::array<std::vector<double>, roles> numbers_;
+  SurfaceMesh mesh_;
+  std::vector<Eigen::Vector2d> uv_of_points_;
 };
-
-/// A point number; any other number becomes one that read_mesh refuses.
-int to_point(double value) {
-  const bool is_number = value >= 0 && value <= std::numeric_limits<int>::max() && std::floor(value) == value;
-  return is_number ? static_cast<int>(value) : -1;
-}
-
-/// Several strips stand one behind the other, with -1 between them.
-void add_strips(SurfaceMesh& mesh, const std::vector<double>& numbers, const Body& body) {
-  std::vector<int> strip;
-  for (const double number : numbers) {
-    if (number == -1) {
-      add_strip(mesh, strip);
-      strip.clear();
-    } else if (to_point(number) < 0) {
-      body.fail("a strip names point " + number_text(number) + ", expected a point number, or -1 between strips");
-    } else {
-      strip.push_back(to_point(number));
-    }
-  }
-  add_strip(mesh, strip);
-}
 
 }  // namespace
 
 // VTK's reader keeps single precision, takes words for zeros and crashes on a file that ends too early.
-SurfaceMesh read_ply(const std::string& path) {
-  TextFile file(path, {/*comments=*/false, {}});
-  const Header header = read_header(file);
-  Body body(file, path, header.format);
-  SurfaceMesh mesh;
-  std::vector<Eigen::Vector2d> uv_of_points;
-  std::vector<double> values;
-  for (const Element& element : header.elements) {
-    const bool has_uv = element.has(Role::u) && element.has(Role::v);
-    for (int item = 0; item < element.count; ++item) {
-      Eigen::Vector3d point = Eigen::Vector3d::Zero();
-      Eigen::Vector2d uv = Eigen::Vector2d::Zero();
-      std::vector<Eigen::Vector2d> uv_at_corners;
-      for (const Property& property : element.properties) {
-        if (property.count_type) {
-          body.next_list(property, values);
-        } else {
-          values = {body.next(property.type)};
-        }
-        switch (property.role) {
-          case Role::none:
-            break;
-          case Role::x:
-          case Role::y:
-          case Role::z:
-            point[static_cast<int>(property.role) - static_cast<int>(Role::x)] = values.front();
-            break;
-          case Role::u:
-          case Role::v:
-            uv[static_cast<int>(property.role) - static_cast<int>(Role::u)] = values.front();
-            break;
-          case Role::corners:
-            std::transform(values.begin(), values.end(), std::back_inserter(mesh.faces.emplace_back()), to_point);
-            break;
-          case Role::texture:
-            if (values.size() % 2 != 0) {
-              body.fail("face " + std::to_string(item) + " has " + std::to_string(values.size()) +
-                        " numbers as texture coordinates, expected two for each corner");
-            }
-            for (std::size_t k = 0; k < values.size(); k += 2) {
-              uv_at_corners.emplace_back(values[k], values[k + 1]);
-            }
-            break;
-          case Role::strips:
-            add_strips(mesh, values, body);
-            break;
-        }
-      }
-      if (element.name == "vertex") {
-        mesh.points.push_back(point);
-        if (has_uv) {
-          uv_of_points.push_back(uv);
-        }
-      } else if (element.has(Role::texture)) {
-        mesh.uv.resize(mesh.faces.size());
-        mesh.uv.back() = std::move(uv_at_corners);
-      }
-    }
-  }
-  body.expect_end();
-  const auto has_some = [](const std::vector<Eigen::Vector2d>& uv) { return !uv.empty(); };
-  if (std::any_of(mesh.uv.begin(), mesh.uv.end(), has_some)) {
-    mesh.uv.resize(mesh.faces.size());
-  } else if (!uv_of_points.empty()) {
-    mesh.uv = uv_of_corners(mesh, uv_of_points);
-  }
-  return mesh;
-}
+SurfaceMesh read_ply(const std::string& path) { return PlyReader(path).read(); }
 
 }  // namespace meshing
 }  // namespace pellicle

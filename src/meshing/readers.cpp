@@ -1,7 +1,7 @@
 #include "meshing/readers.h"
 
-#include <algorithm>
-#include <cctype>
+#include <fmt/format.h>
+
 #include <filesystem>
 #include <map>
 
@@ -19,27 +19,26 @@ namespace {
 /// Checks the result of a reader.
 void check_numbers(const SurfaceMesh& mesh, const std::string& path) {
   if (mesh.points.empty() || mesh.faces.empty()) {
-    throw Error(path + ": " + std::to_string(mesh.points.size()) + " points and " + std::to_string(mesh.faces.size()) +
-                " polygons, expected a surface mesh");
+    throw Error(fmt::format("{}: {} points and {} polygons, expected a surface mesh", path, mesh.points.size(),
+                            mesh.faces.size()));
   }
   require_coordinates(mesh, path);
   const int points = static_cast<int>(mesh.points.size());
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
     if (mesh.faces[f].size() < 3) {
-      throw Error(path + ": face " + std::to_string(f) + " has " + std::to_string(mesh.faces[f].size()) +
-                  " corners, expected at least 3");
+      throw Error(fmt::format("{}: face {} has {} corners, expected at least 3", path, f, mesh.faces[f].size()));
     }
     for (const int point : mesh.faces[f]) {
       if (point < 0 || point >= points) {
-        throw Error(path + ": face " + std::to_string(f) + " names point " + std::to_string(point) +
-                    ", expected a number from 0 to " + std::to_string(points - 1));
+        throw Error(
+            fmt::format("{}: face {} names point {}, expected a number from 0 to {}", path, f, point, points - 1));
       }
     }
   }
   for (std::size_t f = 0; f < mesh.uv.size(); ++f) {
     for (const Eigen::Vector2d& uv : mesh.uv[f]) {
       if (!uv.allFinite()) {
-        throw Error(path + ": face " + std::to_string(f) + " has a texture coordinate that is not finite");
+        throw Error(fmt::format("{}: face {} has a texture coordinate that is not finite", path, f));
       }
     }
   }
@@ -58,22 +57,13 @@ void drop_partial_uv(SurfaceMesh& mesh) {
   }
   mesh.uv.clear();
   if (has_some) {
-    mesh.remarks.push_back("texture coordinates are left out: " + std::to_string(whole) + " of " +
-                           std::to_string(mesh.faces.size()) + " faces have them at every corner, expected all");
+    mesh.remarks.push_back(
+        fmt::format("texture coordinates are left out: {} of {} faces have them at every corner, expected all", whole,
+                    mesh.faces.size()));
   }
 }
 
 }  // namespace
-
-void sort_groups(SurfaceMesh& mesh) {
-  for (auto* groups : {&mesh.groups, &mesh.face_groups}) {
-    for (auto& entry : *groups) {
-      std::vector<int>& members = entry.second;
-      std::sort(members.begin(), members.end());
-      members.erase(std::unique(members.begin(), members.end()), members.end());
-    }
-  }
-}
 
 void add_strip(SurfaceMesh& mesh, const std::vector<int>& strip) {
   for (std::size_t k = 2; k < strip.size(); ++k) {
@@ -87,27 +77,13 @@ void add_strip(SurfaceMesh& mesh, const std::vector<int>& strip) {
 }
 
 void LeftOut::say(SurfaceMesh& mesh) const {
-  const auto add = [&mesh](int count, const std::string& what, const std::string& left) {
+  const auto add = [&mesh](int count, const char* what, const char* left) {
     if (count > 0) {
-      mesh.remarks.push_back(std::to_string(count) + " " + what + (count == 1 ? "" : "s") + left);
+      mesh.remarks.push_back(fmt::format("{} {}{}{}", count, what, count == 1 ? "" : "s", left));
     }
   };
   add(volumes, "volume element", " left out: only faces are taken");
   add(higher_order, "face", " of second or higher order: only the corners are taken, sides become straight");
-}
-
-std::vector<std::vector<Eigen::Vector2d>> uv_of_corners(const SurfaceMesh& mesh,
-                                                        const std::vector<Eigen::Vector2d>& uv_of_points) {
-  std::vector<std::vector<Eigen::Vector2d>> uv;
-  for (const std::vector<int>& face : mesh.faces) {
-    std::vector<Eigen::Vector2d>& corners = uv.emplace_back();
-    for (const int point : face) {
-      if (point >= 0 && static_cast<std::size_t>(point) < uv_of_points.size()) {
-        corners.push_back(uv_of_points[point]);
-      }
-    }
-  }
-  return uv;
 }
 
 SurfaceMesh read_mesh(const std::string& path) {
@@ -121,7 +97,7 @@ SurfaceMesh read_mesh(const std::string& path) {
     for (const auto& entry : readers) {
       known += " " + entry.first;
     }
-    throw Error(path + ": unknown ending '" + ending + "', expected one of" + known);
+    throw Error(fmt::format("{}: unknown ending '{}', expected one of{}", path, ending, known));
   }
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(path, ignored)) {
@@ -130,8 +106,13 @@ SurfaceMesh read_mesh(const std::string& path) {
   // A face takes more bytes in memory than in any of the files.
   constexpr double bytes_of_a_byte = 3;
   const auto size = static_cast<double>(std::filesystem::file_size(path, ignored));
-  require_memory(path + ": a mesh of " + std::to_string(size / 1e9) + " GB", bytes_of_a_byte * size);
+  require_memory(fmt::format("{}: a mesh of {:f} GB", path, size / 1e9), bytes_of_a_byte * size);
   SurfaceMesh mesh = reader->second(path);
+  for (auto* groups : {&mesh.groups, &mesh.face_groups}) {
+    for (auto& entry : *groups) {
+      sort_members(entry.second);
+    }
+  }
   check_numbers(mesh, path);
   drop_partial_uv(mesh);
   return mesh;

@@ -1,15 +1,14 @@
-#include "meshing/shirt.h"
+#include <fmt/format.h>
 
 #include <Eigen/Geometry>
 #include <Eigen/Sparse>
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <utility>
 
 #include "base/error.h"
 #include "geometry/pi.h"
-#include "meshing/mesh_size.h"
+#include "meshing/generators.h"
 
 namespace pellicle {
 inline namespace meshing {
@@ -43,7 +42,7 @@ std::vector<Eigen::Vector3d> half_ellipse(const Eigen::Vector3d& centre, const E
     while (k < samples && length[k] < wanted) {
       ++k;
     }
-    const double before = length[static_cast<std::size_t>(k) - 1];
+    const double before = length[k - 1];
     points.push_back(at(pi * (k - 1 + (wanted - before) / (length[k] - before)) / samples));
   }
   return points;
@@ -63,12 +62,12 @@ class Cut {
         shoulder(fraction(shoulder_length, across)),
         neck_depth{fraction(neck_depth_front, across), fraction(neck_depth_back, across)} {
     for (const Side side : {front, back}) {
-      number_[side].assign(static_cast<std::size_t>(width() + 1) * static_cast<std::size_t>(up + 1), -1);
+      number_[side].setConstant(width() + 1, up + 1, -1);
       for (int j = 0; j <= up; ++j) {
         for (int i = -sleeve; i <= across + sleeve; ++i) {
           if (is_cell(side, i, j) || is_cell(side, i - 1, j) || is_cell(side, i, j - 1) ||
               is_cell(side, i - 1, j - 1)) {
-            number_[side][node(i, j)] = side == back && is_seam(i, j) ? number_[front][node(i, j)] : points_++;
+            number_[side](i + sleeve, j) = side == back && is_seam(i, j) ? point(front, i, j) : points_++;
           }
         }
       }
@@ -78,7 +77,7 @@ class Cut {
   int points() const { return points_; }
   int width() const { return across + 2 * sleeve; }
   /// Point at a node, or -1.
-  int point(Side side, int i, int j) const { return number_[side][node(i, j)]; }
+  int point(Side side, int i, int j) const { return number_[side](i + sleeve, j); }
   /// Whether the cell with this lower left node is there.
   bool is_cell(Side side, int i, int j) const {
     const bool in_torso = i >= 0 && i < across && j >= 0 && j < up;
@@ -96,9 +95,6 @@ class Cut {
 
  private:
   static int fraction(double part, int whole) { return std::max(1, static_cast<int>(std::lround(part * whole))); }
-  std::size_t node(int i, int j) const {
-    return static_cast<std::size_t>(i + sleeve) + static_cast<std::size_t>(width() + 1) * static_cast<std::size_t>(j);
-  }
   bool is_seam(int i, int j) const {
     const bool at_side = (i == 0 || i == across) && j <= armpit;
     const bool under_sleeve = (i <= 0 || i >= across) && j == armpit;
@@ -107,7 +103,7 @@ class Cut {
   }
 
   int points_ = 0;
-  std::array<std::vector<int>, 2> number_;
+  std::array<Eigen::ArrayXXi, 2> number_;  ///< of the points of each side
 };
 
 /// Front and back sewn together; the points have no place yet.
@@ -138,24 +134,20 @@ SurfaceMesh sew(const Cut& cut) {
   return mesh;
 }
 
-/// Whether each point has its place, and whether it is at an opening.
-struct Held {
-  std::vector<bool> any;
-  std::vector<bool> rim;
-};
+/// Whether a point has its place, and whether it is at an opening.
+enum class Hold { free, held, rim };
 
 /// Gives the rims, the straight parts behind them and the shoulder seams their places, and names the groups.
-Held fit(SurfaceMesh& mesh, const Cut& cut, double width, double height) {
+std::vector<Hold> fit(SurfaceMesh& mesh, const Cut& cut, double width, double height) {
   using Vector = Eigen::Vector3d;
-  Held constrained{std::vector<bool>(mesh.points.size(), false), std::vector<bool>(mesh.points.size(), false)};
+  std::vector<Hold> holds(mesh.points.size(), Hold::free);
   const auto hold = [&](int point, const Vector& place) {
     mesh.points[point] = place;
-    constrained.any[point] = true;
+    holds[point] = std::max(holds[point], Hold::held);
   };
   const auto hold_rim = [&](int point, const Vector& place, const char* group) {
-    hold(point, place);
-    if (!constrained.rim[point]) {
-      constrained.rim[point] = true;
+    mesh.points[point] = place;
+    if (std::exchange(holds[point], Hold::rim) != Hold::rim) {
       mesh.groups[group].push_back(point);
     }
   };
@@ -217,17 +209,17 @@ Held fit(SurfaceMesh& mesh, const Cut& cut, double width, double height) {
   for (auto& group : mesh.groups) {
     std::sort(group.second.begin(), group.second.end());
   }
-  return constrained;
+  return holds;
 }
 
 /// Puts all other points where the sum of squared umbrella vectors of the points off the rims is least.
-void span(SurfaceMesh& mesh, const Held& constrained) {
+void span(SurfaceMesh& mesh, const std::vector<Hold>& holds) {
   const auto points = static_cast<Eigen::Index>(mesh.points.size());
   std::vector<Eigen::Triplet<double>> entries;
   for (const std::vector<int>& face : mesh.faces) {
     for (std::size_t k = 0; k < 4; ++k) {
       // The other face at the edge goes along it the other way.
-      if (!constrained.rim[face[k]]) {
+      if (holds[face[k]] != Hold::rim) {
         entries.emplace_back(face[k], face[(k + 1) % 4], 1);
         entries.emplace_back(face[k], face[k], -1);
       }
@@ -242,7 +234,7 @@ void span(SurfaceMesh& mesh, const Held& constrained) {
   Eigen::MatrixX3d known(points, 3);
   for (Eigen::Index i = 0; i < points; ++i) {
     known.row(i) = mesh.points[i];
-    if (!constrained.any[i]) {
+    if (holds[i] == Hold::free) {
       entries.emplace_back(static_cast<int>(i), count++, 1);
     }
   }
@@ -262,17 +254,15 @@ void span(SurfaceMesh& mesh, const Held& constrained) {
 
 SurfaceMesh shirt_mesh(std::array<int, 2> cells, std::array<double, 2> size) {
   if (cells[0] < 8 || cells[1] < 8 || !(size[0] > 0 && size[1] > 0)) {
-    std::ostringstream text;
-    text << "a shirt of " << cells[0] << " x " << cells[1] << " cells and " << size[0] << " m x " << size[1]
-         << " m, expected at least 8 x 8 cells and sizes above 0";
-    throw Error(text.str());
+    throw Error(
+        fmt::format("a shirt of {} x {} cells and {:g} m x {:g} m, expected at least 8 x 8 cells and sizes above 0",
+                    cells[0], cells[1], size[0], size[1]));
   }
-  require_mesh_size("a shirt of " + std::to_string(cells[0]) + " x " + std::to_string(cells[1]) + " cells",
+  require_mesh_size(fmt::format("a shirt of {} x {} cells", cells[0], cells[1]),
                     2.0 * cells[0] * cells[1]);  // front and back, without the sleeves
   const Cut cut(cells);
   SurfaceMesh mesh = sew(cut);
-  const Held constrained = fit(mesh, cut, size[0], size[1]);
-  span(mesh, constrained);
+  span(mesh, fit(mesh, cut, size[0], size[1]));
   return mesh;
 }
 

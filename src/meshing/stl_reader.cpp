@@ -1,14 +1,12 @@
+#include <fmt/format.h>
+
 #include <array>
 #include <cstdint>
 #include <cstring>
-#include <fstream>
-#include <iterator>
-#include <vector>
 
 #include "base/error.h"
 #include "meshing/format_readers.h"
 #include "meshing/text_file.h"
-#include "meshing/weld.h"
 #include "options/spelling.h"
 
 namespace pellicle {
@@ -16,10 +14,10 @@ inline namespace meshing {
 
 namespace {
 
-void add_facet(SurfaceMesh& mesh, const std::array<Eigen::Vector3d, 3>& corners) {
-  const auto first = static_cast<int>(mesh.points.size());
-  mesh.faces.push_back({first, first + 1, first + 2});
-  mesh.points.insert(mesh.points.end(), corners.begin(), corners.end());
+/// Adds the facet of the last three points.
+void add_facet(SurfaceMesh& mesh) {
+  const auto end = static_cast<int>(mesh.points.size());
+  mesh.faces.push_back({end - 3, end - 2, end - 1});
 }
 
 /// Binary: 80 bytes of text, the number of facets, and of each its normal, three corners and two bytes. Numbers are
@@ -34,63 +32,51 @@ SurfaceMesh read_binary(const std::string& path, const std::string& content) {
   }
   const std::size_t expected = head + of_facet * static_cast<std::size_t>(facets);
   if (content.size() < expected) {
-    throw Error(path + ": " + std::to_string(content.size()) + " bytes, expected " + std::to_string(expected) +
-                " for " + std::to_string(facets) + " facets");
+    throw Error(fmt::format("{}: {} bytes, expected {} for {} facets", path, content.size(), expected, facets));
   }
   SurfaceMesh mesh;
   for (std::size_t begin = head; begin < expected; begin += of_facet) {
     std::array<float, 9> numbers{};
     std::memcpy(numbers.data(), content.data() + begin + of_normal, sizeof numbers);
-    std::array<Eigen::Vector3d, 3> corners;
     for (std::size_t k = 0; k < 3; ++k) {
-      corners[k] = Eigen::Map<const Eigen::Vector3f>(numbers.data() + 3 * k).cast<double>();
+      mesh.points.emplace_back(Eigen::Map<const Eigen::Vector3f>(numbers.data() + 3 * k).cast<double>());
     }
-    add_facet(mesh, corners);
+    add_facet(mesh);
   }
   return mesh;
 }
 
 /// Text: between `solid` and `endsolid`, whose lines end with a name, facets of three corners. Keywords may be in
 /// capitals; a file may hold several solids.
-SurfaceMesh read_text(const std::string& path) {
-  TextFile file(path, {/*comments=*/false, {}});
+SurfaceMesh read_text(TextFile& file) {
   const auto expect = [&file](const char* keyword) {
     const std::string_view word = file.next_word(keyword);
     if (in_lower_case(word) != keyword) {
-      file.fail("'" + std::string(word) + "', expected " + keyword);
+      file.fail(fmt::format("'{}', expected {}", word, keyword));
     }
   };
+  const auto next = [&file] { return in_lower_case(file.next_word("facet or endsolid")); };
   SurfaceMesh mesh;
-  expect("solid");
-  file.skip_line();
-  for (bool is_in_solid = true; is_in_solid;) {
-    const std::string word = in_lower_case(file.next_word("facet or endsolid"));
-    if (word == "endsolid") {
-      file.skip_line();
-      is_in_solid = file.next_line();
-      if (is_in_solid) {
-        expect("solid");
-        file.skip_line();
+  do {
+    expect("solid");
+    file.skip_line();
+    for (std::string word = next(); word != "endsolid"; word = next()) {
+      if (word != "facet") {
+        file.fail(fmt::format("'{}', expected facet or endsolid", word));
       }
-      continue;
-    }
-    if (word != "facet") {
-      file.fail("'" + word + "', expected facet or endsolid");
-    }
-    while (in_lower_case(file.next_word("outer loop")) != "outer") {  // The normal follows from the corners.
-    }
-    expect("loop");
-    std::array<Eigen::Vector3d, 3> corners;
-    for (Eigen::Vector3d& corner : corners) {
-      expect("vertex");
-      for (double& coordinate : corner) {
-        coordinate = file.number(file.next_word("a coordinate"), "a coordinate");
+      while (in_lower_case(file.next_word("outer loop")) != "outer") {  // The normal follows from the corners.
       }
+      expect("loop");
+      for (int k = 0; k < 3; ++k) {
+        expect("vertex");
+        mesh.points.push_back(file.next_point());
+      }
+      expect("endloop");
+      expect("endfacet");
+      add_facet(mesh);
     }
-    expect("endloop");
-    expect("endfacet");
-    add_facet(mesh, corners);
-  }
+    file.skip_line();
+  } while (file.next_line());
   return mesh;
 }
 
@@ -98,9 +84,9 @@ SurfaceMesh read_text(const std::string& path) {
 
 // VTK's reader keeps single precision, and takes lines of more than 255 letters for several.
 SurfaceMesh read_stl(const std::string& path) {
-  std::ifstream stream(path, std::ios::binary);
-  const std::string content{std::istreambuf_iterator<char>(stream), {}};
-  SurfaceMesh mesh = content.find('\0') == std::string::npos ? read_text(path) : read_binary(path, content);
+  TextFile file(path);
+  const bool is_text = file.content().find('\0') == std::string::npos;
+  SurfaceMesh mesh = is_text ? read_text(file) : read_binary(path, file.content());
   weld(mesh);
   mesh.point_id.clear();
   return mesh;

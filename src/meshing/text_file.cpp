@@ -1,10 +1,12 @@
 #include "meshing/text_file.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
-#include <filesystem>
+#include <fstream>
 #include <limits>
 #include <utility>
 
@@ -28,90 +30,81 @@ void split(std::string_view text, std::vector<std::string_view>& words) {
 
 }  // namespace
 
-TextFile::TextFile(const std::string& path, Syntax syntax)
-    : path_(path), syntax_(std::move(syntax)), stream_(path, std::ios::binary) {
-  std::error_code failure;
-  size_ = static_cast<std::size_t>(std::filesystem::file_size(path, failure));
-  if (!stream_ || failure) {
+TextFile::TextFile(const std::string& path, bool comments, std::set<std::string_view> keywords)
+    : path_(path), comments_(comments), keywords_(std::move(keywords)) {
+  std::ifstream stream(path, std::ios::binary | std::ios::ate);
+  if (stream) {
+    content_.resize(static_cast<std::size_t>(stream.tellg()));
+    stream.seekg(0).read(content_.data(), static_cast<std::streamsize>(content_.size()));
+  }
+  if (!stream) {
     throw Error(path + ": cannot be opened for reading");
   }
   // Some editors put a byte order mark in front of a text.
-  std::string mark(3, '\0');
-  if (!stream_.read(mark.data(), 3) || mark != "\xEF\xBB\xBF") {
-    stream_.clear();
-    stream_.seekg(0);
-  } else {
-    begin_ = mark.size();
-  }
+  constexpr std::string_view mark = "\xEF\xBB\xBF";
+  next_ = content_.compare(0, mark.size(), mark) == 0 ? mark.size() : 0;
 }
 
-/// The next line, without what ends it. Nothing at the end of the file.
-std::optional<std::string> TextFile::read_line() {
-  if (rest_ == std::string::npos) {
-    begin_ += length_;
-    length_ = 0;
-    if (!std::getline(stream_, lines_)) {
-      return std::nullopt;
-    }
-    length_ = lines_.size() + 1;
-    rest_ = 0;
-    if (!lines_.empty() && lines_.find('\r') == lines_.size() - 1) {
-      lines_.pop_back();
-    }
+/// The next line, without what ends it and without a comment.
+std::string_view TextFile::take_line() {
+  const std::size_t begin = next_;
+  std::size_t end = begin;
+  while (end < content_.size() && content_[end] != '\n' && content_[end] != '\r') {
+    ++end;
   }
-  const std::size_t end = lines_.find('\r', rest_);
-  std::string line = lines_.substr(rest_, end - rest_);
-  rest_ = end == std::string::npos ? end : end + 1;
-  if (line.find('\0') != std::string::npos) {
-    ++line_number_;
+  // Where a carriage return alone has ended the line before, it does so here: a line feed behind it is something else.
+  const bool ends_with_both = content_.compare(end, 2, "\r\n") == 0 && (begin == 0 || content_[begin - 1] != '\r');
+  next_ = std::min(end + (ends_with_both ? 2 : 1), content_.size());
+  ++line_number_;
+  const std::string_view line = std::string_view(content_).substr(begin, end - begin);
+  if (line.find('\0') != std::string_view::npos) {
     fail("a zero byte, expected text");
   }
-  return line;
-}
-
-std::string TextFile::without_comment(std::string line) const {
-  line.erase(std::min(line.size(), syntax_.comments ? line.find('#') : line.size()));
-  return line;
+  return line.substr(0, comments_ ? line.find('#') : std::string_view::npos);
 }
 
 bool TextFile::next_line() {
   words_.clear();
   used_ = 0;
-  while (std::optional<std::string> line = ahead_ ? std::exchange(ahead_, std::nullopt) : read_line()) {
-    ++line_number_;
-    line_ = without_comment(std::move(*line));
-    while (!syntax_.keywords.empty()) {
+  while (words_.empty() && next_ < content_.size()) {
+    line_ = take_line();
+    while (!keywords_.empty()) {
       const std::size_t last = line_.find_last_not_of(blanks);
       if (last == std::string::npos || line_[last] != '\\') {
         break;
       }
       line_[last] = ' ';
-      std::optional<std::string> more = read_line();
-      if (!more) {
+      if (next_ == content_.size()) {
         break;
       }
-      const std::string text = without_comment(*more);
-      split(text, words_);
-      if (!words_.empty() && syntax_.keywords.count(words_.front()) != 0) {
-        ahead_ = std::move(more);
+      const std::size_t next = next_;
+      const std::string_view more = take_line();
+      split(more, words_);
+      if (!words_.empty() && keywords_.count(words_.front()) != 0) {
+        next_ = next;
+        --line_number_;
         break;
       }
-      ++line_number_;
-      line_ += text;
+      line_ += more;
     }
     split(line_, words_);
-    if (!words_.empty()) {
-      return true;
-    }
   }
-  return false;
+  return !words_.empty();
 }
 
 std::string_view TextFile::next_word(const char* expected) {
   if (used_ == words_.size() && !next_line()) {
-    throw Error(path_ + ": ends at line " + std::to_string(line_number_) + ", expected " + expected);
+    throw Error(fmt::format("{}: ends at line {}, expected {}", path_, line_number_, expected));
   }
   return words_[used_++];
+}
+
+Eigen::Vector3d TextFile::next_point() {
+  Eigen::Vector3d point;
+  for (double& coordinate : point) {
+    coordinate = next_number("a coordinate");
+  }
+  return point;
 }
 
 double TextFile::number(std::string_view word, const char* expected) const {
@@ -122,7 +115,7 @@ double TextFile::number(std::string_view word, const char* expected) const {
   // A value too small for a double is as good as zero; one too large is an error.
   const bool underflow = code == std::errc::result_out_of_range && std::abs(std::strtod(begin, nullptr)) < 1;
   if ((code != std::errc() && !underflow) || stop != end || !std::isfinite(value)) {
-    fail("'" + std::string(word) + "', expected " + expected + " (a finite number)");
+    fail(fmt::format("'{}', expected {} (a finite number)", word, expected));
   }
   return value;
 }
@@ -133,26 +126,25 @@ int TextFile::integer(std::string_view word, const char* expected) const {
   const char* end = word.data() + word.size();
   const auto [stop, code] = std::from_chars(begin, end, value);
   if (code == std::errc::result_out_of_range && stop == end) {
-    fail("'" + std::string(word) + "', expected " + expected + " (an integer of at most " +
-         std::to_string(std::numeric_limits<int>::max()) + ")");
+    fail(fmt::format("'{}', expected {} (an integer of at most {})", word, expected, std::numeric_limits<int>::max()));
   }
   if (code != std::errc() || stop != end) {
-    fail("'" + std::string(word) + "', expected " + expected + " (an integer)");
+    fail(fmt::format("'{}', expected {} (an integer)", word, expected));
   }
   return value;
 }
 
 int TextFile::count(std::string_view word, const char* expected, std::size_t bytes) const {
   const int value = integer(word, expected);
-  if (value < 0 || static_cast<std::size_t>(value) > size_ / bytes) {
-    fail("'" + std::string(word) + "', expected " + expected + ", 0 to " + std::to_string(size_ / bytes) +
-         " in a file of " + std::to_string(size_) + " bytes");
+  if (value < 0 || static_cast<std::size_t>(value) > content_.size() / bytes) {
+    fail(fmt::format("'{}', expected {}, 0 to {} in a file of {} bytes", word, expected, content_.size() / bytes,
+                     content_.size()));
   }
   return value;
 }
 
 void TextFile::fail(const std::string& message) const {
-  throw Error(path_ + ":" + std::to_string(line_number_) + ": " + message);
+  throw Error(fmt::format("{}:{}: {}", path_, line_number_, message));
 }
 
 }  // namespace meshing

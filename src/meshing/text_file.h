@@ -1,8 +1,7 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
-#include <fstream>
-#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
@@ -15,29 +14,33 @@ inline namespace meshing {
 /// are separated by blanks, lines by a line feed, a carriage return, or both.
 class TextFile {
  public:
-  /// The meaning of some characters in a format.
-  struct Syntax {
-    bool comments = false;  ///< `#` starts a comment, which ends with its line
-    /// If not empty, a backslash at the end of a line, outside comments, joins the next line to it, unless that one
-    /// begins with one of these words, which begin statements.
-    std::set<std::string_view> keywords;
-  };
-
+  /// @param comments whether `#` starts a comment, which ends with its line
+  /// @param keywords if there are any, a backslash at the end of a line, outside comments, joins the next line to it,
+  /// unless that one begins with one of these words, which begin statements
   /// @throws Error if the file cannot be opened.
-  TextFile(const std::string& path, Syntax syntax);
+  explicit TextFile(const std::string& path, bool comments = false, std::set<std::string_view> keywords = {});
 
   /// Moves to the next line that has words. False at the end of the file.
   bool next_line();
   /// Words of the present line.
   const std::vector<std::string_view>& words() const { return words_; }
-  /// Next word, of any line. @throws Error at the end of the file, which names what was `expected`.
-  std::string_view next_word(const char* expected);
   /// Skips the unread words of the present line.
   void skip_line() { used_ = words_.size(); }
   /// Number of unread words of the present line.
   std::size_t words_left() const { return words_.size() - used_; }
+  /// The whole file, as bytes: of some formats only the beginning is text.
+  const std::string& content() const { return content_; }
   /// Position in the file of the line after the present one [bytes].
-  std::size_t position() const { return begin_ + (rest_ == std::string::npos ? length_ : rest_); }
+  std::size_t position() const { return next_; }
+
+  // The next word, of any line, as a word or as a number. @throws Error at the end of the file, which names what was
+  // `expected`, and as for numbers that are given as words.
+  std::string_view next_word(const char* expected);
+  double next_number(const char* expected) { return number(next_word(expected), expected); }
+  int next_integer(const char* expected) { return integer(next_word(expected), expected); }
+  int next_count(const char* expected, std::size_t bytes) { return count(next_word(expected), expected, bytes); }
+  /// Three coordinates, as next_number.
+  Eigen::Vector3d next_point();
 
   /// A finite number. @throws Error naming file, line, word and `expected`.
   double number(std::string_view word, const char* expected) const;
@@ -50,20 +53,14 @@ class TextFile {
   [[noreturn]] void fail(const std::string& message) const;
 
  private:
-  std::optional<std::string> read_line();
-  std::string without_comment(std::string line) const;
+  std::string_view take_line();
 
   std::string path_;
-  Syntax syntax_;
-  std::ifstream stream_;
-  std::size_t size_ = 0;  ///< [bytes]
-  // Text between two line feeds: one line, or several with carriage returns between them.
-  std::string lines_;
-  std::size_t rest_ = std::string::npos;  ///< beginning of the next line in `lines_`; npos: none
-  std::size_t begin_ = 0;                 ///< of `lines_` in the file [bytes]
-  std::size_t length_ = 0;                ///< of `lines_` with the line feed [bytes]
-  std::optional<std::string> ahead_;      ///< a line that has been read in advance
-  std::string line_;
+  bool comments_;
+  std::set<std::string_view> keywords_;
+  std::string content_;
+  std::size_t next_ = 0;  ///< beginning of the line after the present one in `content_`
+  std::string line_;      ///< the present one, with those that are joined to it
   std::vector<std::string_view> words_;
   std::size_t used_ = 0;
   int line_number_ = 0;

@@ -1,5 +1,7 @@
 #include "meshing/triangulation.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "base/error.h"
@@ -11,53 +13,44 @@ inline namespace meshing {
 
 using Corners = std::array<std::size_t, 3>;
 
-namespace {
-
-const Eigen::Vector3d& point_at(const SurfaceMesh& mesh, const std::vector<int>& face, std::size_t corner) {
-  return mesh.points[face[corner]];
-}
-
-}  // namespace
-
-std::vector<Corners> split_face(const SurfaceMesh& mesh, std::size_t face_number) {
-  const std::vector<int>& face = mesh.faces[face_number];
-  if (face.size() == 3) {
+std::vector<Corners> split_face(const SurfaceMesh& mesh, std::size_t face) {
+  const std::size_t count = mesh.faces[face].size();
+  if (count == 3) {
     return {{0, 1, 2}};
   }
-  if (face.size() == 4) {
-    const double diagonal_02 = (point_at(mesh, face, 2) - point_at(mesh, face, 0)).squaredNorm();
-    const double diagonal_13 = (point_at(mesh, face, 3) - point_at(mesh, face, 1)).squaredNorm();
+  if (count == 4) {
+    const double diagonal_02 = (mesh.corner(face, 2) - mesh.corner(face, 0)).squaredNorm();
+    const double diagonal_13 = (mesh.corner(face, 3) - mesh.corner(face, 1)).squaredNorm();
     if (diagonal_02 <= diagonal_13) {
       return {{0, 1, 2}, {0, 2, 3}};
     }
     return {{0, 1, 3}, {1, 2, 3}};
   }
   std::vector<Eigen::Vector3d> corners;
-  for (std::size_t k = 0; k < face.size(); ++k) {
-    corners.push_back(point_at(mesh, face, k));
+  for (std::size_t k = 0; k < count; ++k) {
+    corners.push_back(mesh.corner(face, k));
   }
   return cut_ears(corners);
 }
 
 SurfaceMesh triangulated(const SurfaceMesh& mesh) {
-  SurfaceMesh result = mesh;
   if (std::all_of(mesh.faces.begin(), mesh.faces.end(), [](const auto& face) { return face.size() == 3; })) {
-    return result;
+    return mesh;
   }
-  result.faces.clear();
-  result.face_id.clear();
-  result.uv.clear();
-  for (auto& entry : result.face_fields) {
-    entry.second.clear();
-  }
+  SurfaceMesh result;
+  result.points = mesh.points;
+  result.groups = mesh.groups;
+  result.remarks = mesh.remarks;
+  result.point_id = mesh.point_id;
   std::vector<int> first_triangle;  // of each face
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
     first_triangle.push_back(static_cast<int>(result.faces.size()));
     const std::vector<int>& face = mesh.faces[f];
     const std::vector<Corners> triangles = split_face(mesh, f);
     if (triangles.empty()) {
-      throw Error("face " + std::to_string(mesh.id_of_face(static_cast<int>(f))) + ": a polygon of " +
-                  std::to_string(face.size()) + " corners that cannot be split into triangles, expected a simple one");
+      throw Error(
+          fmt::format("face {}: a polygon of {} corners that cannot be split into triangles, expected a simple one",
+                      mesh.id_of_face(static_cast<int>(f)), face.size()));
     }
     for (const auto& [a, b, c] : triangles) {
       result.faces.push_back({face[a], face[b], face[c]});
@@ -72,10 +65,8 @@ SurfaceMesh triangulated(const SurfaceMesh& mesh) {
   first_triangle.push_back(static_cast<int>(result.faces.size()));
   for (const auto& [name, faces] : mesh.face_groups) {
     std::vector<int>& triangles = result.face_groups[name];
-    triangles.clear();
     for (const int face : faces) {
-      const std::size_t f = face;
-      for (int triangle = first_triangle[f]; triangle < first_triangle[f + 1]; ++triangle) {
+      for (int triangle = first_triangle[face]; triangle < first_triangle[face + 1]; ++triangle) {
         triangles.push_back(triangle);
       }
     }
@@ -87,9 +78,9 @@ double enclosed_volume(const SurfaceMesh& mesh) {
   const SurfaceMesh triangles = triangulated(mesh);
   const Eigen::Vector3d& origin = mesh.points.front();  // near the mesh, so that little cancels
   double volume = 0;
-  for (const std::vector<int>& face : triangles.faces) {
-    volume += geometry::enclosed_volume(point_at(mesh, face, 0) - origin, point_at(mesh, face, 1) - origin,
-                                        point_at(mesh, face, 2) - origin);
+  for (std::size_t f = 0; f < triangles.faces.size(); ++f) {
+    volume += geometry::enclosed_volume(triangles.corner(f, 0) - origin, triangles.corner(f, 1) - origin,
+                                        triangles.corner(f, 2) - origin);
   }
   return volume;
 }

@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <vtkCellArray.h>
 #include <vtkCellData.h>
 #include <vtkCellTypes.h>
@@ -17,18 +18,18 @@
 #include <vtkXMLUnstructuredGridReader.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cstring>
 #include <fstream>
 #include <map>
 #include <set>
 #include <sstream>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "base/error.h"
-#include "meshing/child_reader.h"
 #include "meshing/format_readers.h"
+#include "options/spelling.h"
 
 namespace pellicle {
 inline namespace meshing {
@@ -69,7 +70,7 @@ struct CellCounts {
 
 /// Sums over the sections of cells that a legacy file announces.
 CellCounts announced_cells(const std::string& path) {
-  static const std::set<std::string> sections{"VERTICES", "LINES", "POLYGONS", "TRIANGLE_STRIPS", "CELLS"};
+  static const std::set<std::string> sections{"vertices", "lines", "polygons", "triangle_strips", "cells"};
   std::ifstream file(path, std::ios::binary);
   CellCounts sum;
   int version = 0;
@@ -77,9 +78,9 @@ CellCounts announced_cells(const std::string& path) {
     std::istringstream words(line);
     std::string keyword;
     words >> keyword;
-    std::transform(keyword.begin(), keyword.end(), keyword.begin(), [](unsigned char c) { return std::toupper(c); });
+    keyword = in_lower_case(keyword);
     CellCounts section;
-    if (keyword == "CELL_TYPES" && words >> section.types) {
+    if (keyword == "cell_types" && words >> section.types) {
       sum.types += section.types;
     }
     if (keyword == "#" && version == 0) {
@@ -115,8 +116,9 @@ void check_cells(vtkDataSet* data, const std::string& path, bool is_legacy) {
     for (vtkIdType k = 0; cells->GetNumberOfCells() > 0 && k <= cells->GetNumberOfCells(); ++k) {
       const double offset = cells->GetOffsetsArray()->GetComponent(k, 0);
       if (!(offset >= last && offset <= static_cast<double>(corners))) {
-        throw Error(path + ": the corners of cell " + std::to_string(k) + " begin at place " + std::to_string(offset) +
-                    " of " + std::to_string(corners) + ", expected one behind those of the cell before");
+        throw Error(fmt::format(
+            "{}: the corners of cell {} begin at place {:f} of {}, expected one behind those of the cell before", path,
+            k, offset, corners));
       }
       last = offset;
     }
@@ -129,39 +131,22 @@ void check_cells(vtkDataSet* data, const std::string& path, bool is_legacy) {
   }
   const CellCounts announced = announced_cells(path);
   if (found.types != announced.types) {
-    throw Error(path + ": CELL_TYPES of " + std::to_string(announced.types) + " cells, expected " +
-                std::to_string(found.types));
+    throw Error(fmt::format("{}: CELL_TYPES of {} cells, expected {}", path, announced.types, found.types));
   }
   if (found.cells != announced.cells || found.corners != announced.corners) {
-    throw Error(path + ": " + std::to_string(found.cells) + " cells with " + std::to_string(found.corners) +
-                " corners, expected " + std::to_string(announced.cells) + " with " + std::to_string(announced.corners) +
-                ", as the file announces");
+    throw Error(fmt::format("{}: {} cells with {} corners, expected {} with {}, as the file announces", path,
+                            found.cells, found.corners, announced.cells, announced.corners));
   }
 }
 
 /// Number of corners of a surface cell, which are its first points; 0: no surface cell that can be read.
 vtkIdType corners_of(int type, vtkIdType points) {
-  switch (type) {
-    case VTK_TRIANGLE:
-    case VTK_QUAD:
-    case VTK_PIXEL:
-    case VTK_POLYGON:
-    case VTK_TRIANGLE_STRIP:
-      return points;
-    case VTK_QUADRATIC_TRIANGLE:
-    case VTK_BIQUADRATIC_TRIANGLE:
-    case VTK_LAGRANGE_TRIANGLE:
-    case VTK_BEZIER_TRIANGLE:
-      return 3;
-    case VTK_QUADRATIC_QUAD:
-    case VTK_BIQUADRATIC_QUAD:
-    case VTK_QUADRATIC_LINEAR_QUAD:
-    case VTK_LAGRANGE_QUADRILATERAL:
-    case VTK_BEZIER_QUADRILATERAL:
-      return 4;
-    default:
-      return 0;
-  }
+  static const std::set<int> all{VTK_TRIANGLE, VTK_QUAD, VTK_PIXEL, VTK_POLYGON, VTK_TRIANGLE_STRIP};
+  static const std::set<int> of_triangle{VTK_QUADRATIC_TRIANGLE, VTK_BIQUADRATIC_TRIANGLE, VTK_LAGRANGE_TRIANGLE,
+                                         VTK_BEZIER_TRIANGLE};
+  static const std::set<int> of_quad{VTK_QUADRATIC_QUAD, VTK_BIQUADRATIC_QUAD, VTK_QUADRATIC_LINEAR_QUAD,
+                                     VTK_LAGRANGE_QUADRILATERAL, VTK_BEZIER_QUADRILATERAL};
+  return all.count(type) != 0 ? points : of_triangle.count(type) != 0 ? 3 : of_quad.count(type) != 0 ? 4 : 0;
 }
 
 /// Dimension of a cell, 0 to 3; 2 also for types that VTK does not know.
@@ -180,8 +165,8 @@ SurfaceMesh extract(vtkDataSet* data, const std::string& path) {
   }
   vtkDataArray* uv = data->GetPointData()->GetTCoords();
   if (uv != nullptr && (uv->GetNumberOfComponents() < 2 || uv->GetNumberOfTuples() != data->GetNumberOfPoints())) {
-    throw Error(path + ": texture coordinates of " + std::to_string(uv->GetNumberOfComponents()) + " components at " +
-                std::to_string(uv->GetNumberOfTuples()) + " points, expected 2 at each point");
+    throw Error(fmt::format("{}: texture coordinates of {} components at {} points, expected 2 at each point", path,
+                            uv->GetNumberOfComponents(), uv->GetNumberOfTuples()));
   }
   std::map<std::string, vtkDataArray*> fields;
   for (int i = 0; i < data->GetCellData()->GetNumberOfArrays(); ++i) {
@@ -199,9 +184,8 @@ SurfaceMesh extract(vtkDataSet* data, const std::string& path) {
     data->GetCellPoints(cell, points);
     const vtkIdType count = corners_of(type, points->GetNumberOfIds());
     if (count == 0 && dimension_of(type) > 1) {
-      const std::string words = path + ": cell " + std::to_string(cell) + " is a " +
-                                vtkCellTypes::GetClassNameFromTypeId(type) + " (type " + std::to_string(type) +
-                                "), expected polygons";
+      const std::string words = fmt::format("{}: cell {} is a {} (type {}), expected polygons", path, cell,
+                                            vtkCellTypes::GetClassNameFromTypeId(type), type);
       if (dimension_of(type) == 2) {
         throw Error(words);
       }
@@ -216,8 +200,8 @@ SurfaceMesh extract(vtkDataSet* data, const std::string& path) {
       const vtkIdType point = points->GetId(k);
       // Before it becomes an int, which is shorter.
       if (point < 0 || point >= data->GetNumberOfPoints()) {
-        throw Error(path + ": face " + std::to_string(mesh.faces.size()) + " names point " + std::to_string(point) +
-                    ", expected a number from 0 to " + std::to_string(data->GetNumberOfPoints() - 1));
+        throw Error(fmt::format("{}: face {} names point {}, expected a number from 0 to {}", path, mesh.faces.size(),
+                                point, data->GetNumberOfPoints() - 1));
       }
       corners.push_back(static_cast<int>(point));
     }
@@ -250,8 +234,9 @@ SurfaceMesh extract(vtkDataSet* data, const std::string& path) {
 
 /// Runs a VTK reader, in a child process; whatever it complains of is an error.
 template <class Reader>
-SurfaceMesh read_with(Reader* reader, const std::string& path) {
-  return read_in_child(path, [&] {
+SurfaceMesh read_with(const std::string& path) {
+  return read_in_child(path, [&path] {
+    const vtkNew<Reader> reader;
     vtkNew<MessageCatcher> catcher;
     vtkOutputWindow::SetInstance(catcher);
     vtkLogger::SetStderrVerbosity(vtkLogger::VERBOSITY_OFF);
@@ -264,27 +249,16 @@ SurfaceMesh read_with(Reader* reader, const std::string& path) {
     if (data == nullptr) {
       throw Error(path + ": VTK finds no data set in it");
     }
-    check_cells(data, path, reader->IsA("vtkDataSetReader") != 0);
+    check_cells(data, path, std::is_same_v<Reader, vtkDataSetReader>);
     return extract(data, path);
   });
 }
 
 }  // namespace
 
-SurfaceMesh read_vtp(const std::string& path) {
-  vtkNew<vtkXMLPolyDataReader> reader;
-  return read_with(reader.Get(), path);
-}
-
-SurfaceMesh read_vtu(const std::string& path) {
-  vtkNew<vtkXMLUnstructuredGridReader> reader;
-  return read_with(reader.Get(), path);
-}
-
-SurfaceMesh read_vtk(const std::string& path) {
-  vtkNew<vtkDataSetReader> reader;
-  return read_with(reader.Get(), path);
-}
+SurfaceMesh read_vtp(const std::string& path) { return read_with<vtkXMLPolyDataReader>(path); }
+SurfaceMesh read_vtu(const std::string& path) { return read_with<vtkXMLUnstructuredGridReader>(path); }
+SurfaceMesh read_vtk(const std::string& path) { return read_with<vtkDataSetReader>(path); }
 
 }  // namespace meshing
 }  // namespace pellicle

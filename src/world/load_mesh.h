@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "meshing/checked_mesh.h"
 #include "surface/mesh_rows.h"
 #include "surface/surface.h"
 #include "world/options.h"

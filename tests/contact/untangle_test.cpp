@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "meshing/closed_shapes.h"
-#include "meshing/self_intersection.h"
+#include "meshing/overlaps.h"
 #include "tests/support/grid_mesh.h"
 
 namespace pellicle::untangle_test {

@@ -9,7 +9,7 @@
 
 #include "base/error.h"
 #include "geometry/pi.h"
-#include "meshing/checked_mesh.h"
+#include "meshing/mesh_options.h"
 #include "options/deck.h"
 #include "options/options.h"
 #include "tests/meshing/scratch_file.h"

@@ -1,9 +1,8 @@
-#include "meshing/checked_mesh.h"
-
 #include <gtest/gtest.h>
 
 #include "base/error.h"
 #include "meshing/generators.h"
+#include "meshing/mesh_options.h"
 #include "meshing/triangulation.h"
 #include "tests/meshing/mesh_writers.h"
 #include "tests/meshing/scratch_file.h"

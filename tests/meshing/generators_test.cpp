@@ -10,7 +10,6 @@
 #include "geometry/pi.h"
 #include "meshing/closed_shapes.h"
 #include "meshing/mesh_check.h"
-#include "meshing/shirt.h"
 #include "tests/meshing/scratch_file.h"
 
 namespace pellicle {

@@ -8,7 +8,7 @@
 #include "base/error.h"
 #include "meshing/closed_shapes.h"
 #include "meshing/generators.h"
-#include "meshing/self_intersection.h"
+#include "meshing/overlaps.h"
 #include "tests/meshing/scratch_file.h"
 #include "tests/support/balls.h"
 

@@ -8,7 +8,6 @@
 #include "meshing/closed_shapes.h"
 #include "meshing/generators.h"
 #include "meshing/mesh_check.h"
-#include "meshing/shirt.h"
 #include "options/options.h"
 #include "tests/meshing/mesh_writers.h"
 #include "tests/meshing/scratch_file.h"

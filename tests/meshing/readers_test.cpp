@@ -8,7 +8,7 @@
 #include <new>
 
 #include "base/error.h"
-#include "meshing/child_reader.h"
+#include "meshing/format_readers.h"
 #include "meshing/generators.h"
 #include "meshing/mesh_check.h"
 #include "tests/meshing/mesh_writers.h"

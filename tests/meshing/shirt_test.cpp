@@ -1,5 +1,3 @@
-#include "meshing/shirt.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -8,6 +6,7 @@
 #include <set>
 
 #include "base/error.h"
+#include "meshing/generators.h"
 #include "meshing/mesh_check.h"
 
 namespace pellicle {

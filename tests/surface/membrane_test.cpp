@@ -3,19 +3,37 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <map>
-#include <numeric>
 #include <random>
 #include <set>
 
 #include "meshing/generators.h"
+#include "meshing/surface_mesh.h"
 #include "meshing/triangulation.h"
-#include "meshing/weld.h"
 #include "parallel/field.h"
 #include "tests/support/balls.h"
 
 namespace pellicle {
 namespace {
+
+/// Numbers the points of a mesh anew, in a random order.
+void shuffle_points(SurfaceMesh& mesh, std::mt19937& generator) {
+  std::vector<int> target = numbers_up_to(mesh.points.size());
+  std::shuffle(target.begin(), target.end(), generator);
+  const std::vector<Eigen::Vector3d> points = mesh.points;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    mesh.points[target[i]] = points[i];
+  }
+  const auto renumber = [&target](std::vector<int>& numbers) {
+    std::transform(numbers.begin(), numbers.end(), numbers.begin(), [&target](int number) { return target[number]; });
+  };
+  std::for_each(mesh.faces.begin(), mesh.faces.end(), renumber);
+  for (auto& group : mesh.groups) {
+    renumber(group.second);
+    sort_members(group.second);
+  }
+}
 
 /// A closed torus and an open rectangle in triangles, points and faces in a random order, with uv, groups and fields.
 SurfaceMesh two_pieces() {
@@ -32,11 +50,7 @@ SurfaceMesh two_pieces() {
   }
   mesh = triangulated(mesh);
   std::mt19937 generator(3);
-  std::vector<int> target(mesh.points.size());
-  std::iota(target.begin(), target.end(), 0);
-  std::shuffle(target.begin(), target.end(), generator);
-  renumber_points(mesh, target);
-  mesh.point_id.clear();
+  shuffle_points(mesh, generator);
   for (std::size_t f = mesh.faces.size() - 1; f > 0; --f) {
     const std::size_t other = generator() % (f + 1);
     std::swap(mesh.faces[f], mesh.faces[other]);
@@ -244,10 +258,7 @@ TEST_P(MembraneTest, neighbours_are_near_in_memory) {
   SurfaceMesh mesh = triangulated(torus_mesh({40, 20}, 1, 0.4));
   mesh.uv.clear();
   std::mt19937 generator(5);
-  std::vector<int> target(mesh.points.size());
-  std::iota(target.begin(), target.end(), 0);
-  std::shuffle(target.begin(), target.end(), generator);
-  renumber_points(mesh, target);
+  shuffle_points(mesh, generator);
   std::shuffle(mesh.faces.begin(), mesh.faces.end(), generator);
   EXPECT_GT(bandwidth(mesh.faces), 700);
   const Membrane membrane = make_membrane(PETSC_COMM_SELF, mesh, options_);
