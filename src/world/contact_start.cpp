@@ -14,7 +14,6 @@
 #include "contact/surface_contact.h"
 #include "contact/untangle.h"
 #include "parallel/collective.h"
-#include "world/contact_of_object.h"
 
 namespace pellicle {
 inline namespace world {

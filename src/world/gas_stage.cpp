@@ -9,6 +9,7 @@
 #include <map>
 #include <utility>
 
+#include "geometry/pressure_load.h"
 #include "io/console.h"
 #include "parallel/collective.h"
 #include "surface/split_corners.h"
@@ -81,8 +82,7 @@ StageResult GasStage::begin(Step& step) {
     ChamberWalls walls =
         chambers_.walls(*state_.gas, state_.position, gravity_of_gas(options_), state_.time_of_loads());
     if (state_.burning) {
-      gas_heat_.begin_step(chambers_, *state_.gas, surface_, state_.position, *state_.burning, options_.heat.capacity,
-                           step.h, walls);
+      begin_wall_heat(step.h, walls);
     }
     gas_step_ = {state_.gas, walls, fraction * step.h};
   }
@@ -96,10 +96,10 @@ StageResult GasStage::end(Step& step) {
   }
   const Eigen::VectorXd wall_heat = state_.gas->wall_heat;
   *state_.gas = filled_->end_gas(state_.position);
-  gas_step_ = {state_.gas};
   if (state_.burning) {
-    result.reason = gas_heat_.end_step(chambers_, state_.gas->wall_heat - wall_heat, *state_.burning);
+    result.reason = end_wall_heat(step.h, state_.gas->wall_heat - wall_heat);
   }
+  gas_step_ = {state_.gas};
   if (result.reason.empty()) {
     result.reason = chambers_.imbalance(*state_.gas, chambers_.volumes(state_.position), state_.time + step.h);
   }
@@ -107,6 +107,75 @@ StageResult GasStage::end(Step& step) {
   const std::vector<std::string> lines = newly_open(opened_, state_.time + step.h);
   step.news.insert(step.news.end(), lines.begin(), lines.end());
   return result;
+}
+
+/// Finds the heat between gas and walls that have temperatures, for a step of length h [s]. A particle i with a
+/// fraction a of a chamber's walls gives h k a/(1 + h k a/(c m)) (T_i - T_gas), with the heat transfer coefficient k,
+/// as if its own temperature changed implicitly too; the gas receives the sum. @param walls their heat is set
+void GasStage::begin_wall_heat(double h, ChamberWalls& walls) {
+  const BurningFields& fields = *state_.burning;
+  std::map<std::pair<PetscInt, int>, double> areas;
+  for (std::size_t triangle = 0; triangle < surface_.triangles.size(); ++triangle) {
+    const int wall = chambers_.of_triangle(static_cast<PetscInt>(triangle));
+    if (wall < 0) {
+      continue;
+    }
+    const auto& [a, b, c] = surface_.triangles[triangle];
+    const double area =
+        area_vector(state_.position.vector(a), state_.position.vector(b), state_.position.vector(c)).norm();
+    for (const int side : {state_.gas->gas_inside(wall), state_.gas->gas_outside(wall)}) {
+      for (const PetscInt corner : {a, b, c}) {
+        if (side >= 0 && chambers_.heat_transfer(side) > 0 && corner < surface_.particles.owned &&
+            fields.mass.data()[corner] > 0) {
+          areas[{corner, side}] += area / 3;
+        }
+      }
+    }
+  }
+  wall_shares_.clear();
+  Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(chambers_.count(), 2);
+  for (const auto& [at, area] : areas) {
+    const auto [particle, chamber] = at;
+    const double bare = chambers_.heat_transfer(chamber) * area;
+    const double conductance = bare / (1 + h * bare / (options_.heat.capacity * fields.mass.data()[particle]));
+    wall_shares_.push_back({particle, chamber, conductance});
+    sums(chamber, 0) += conductance;
+    sums(chamber, 1) += conductance * fields.temperature.data()[particle];
+  }
+  sum_over_ranks(surface_.comm(), sums);
+  walls.conductance = sums.col(0);
+  walls.temperature = (sums.col(0).array() > 0).select(sums.col(1).cwiseQuotient(sums.col(0)), walls.temperature);
+}
+
+/// Takes the heat that the gas has received from the particles, or gives them what it has lost.
+/// @param given to the gas of each chamber in the step [J]
+/// @returns in words where the two do not agree to 1e-10; empty: everywhere
+std::string GasStage::end_wall_heat(double h, const Eigen::VectorXd& given) {
+  BurningFields& fields = *state_.burning;
+  // A row a chamber: the heat that walls and gas have received together, which should be 0, and the sum of the heat
+  // that was exchanged [J].
+  Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(given.size(), 2);
+  for (const auto& [particle, chamber, conductance] : wall_shares_) {
+    double& temperature = fields.temperature.data()[particle];
+    const ChamberWalls& walls = gas_step_.walls;
+    const double gas = walls.temperature[chamber] - given[chamber] / (h * walls.conductance[chamber]);
+    const double heat = h * conductance * (gas - temperature);  // into the wall [J]
+    temperature += heat / (options_.heat.capacity * fields.mass.data()[particle]);
+    (heat > 0 ? fields.heat_in : fields.heat_out) += std::abs(heat);
+    sums(chamber, 0) += heat;
+    sums(chamber, 1) += std::abs(heat);
+  }
+  fields.temperature.update_ghosts();
+  sum_over_ranks(surface_.comm(), sums);
+  constexpr double tolerance = 1e-10;
+  for (Eigen::Index chamber = 0; chamber < given.size(); ++chamber) {
+    const double rest = sums(chamber, 0) + given[chamber];
+    if (!(std::abs(rest) <= tolerance * (sums(chamber, 1) + std::abs(given[chamber])))) {
+      return fmt::format("the ledger of the heat between chamber {} and walls is off by {:.2g} J of {:.2g} J",
+                         chambers_.name(static_cast<int>(chamber)), rest, std::abs(given[chamber]));
+    }
+  }
+  return "";
 }
 
 void GasStage::report(Report& report, const Step& /*step*/) const {

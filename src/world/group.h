@@ -13,7 +13,7 @@
 #include "world/object.h"
 #include "world/options.h"
 #include "world/run_plan.h"
-#include "world/step_result.h"
+#include "world/stage.h"
 
 namespace pellicle {
 inline namespace world {
@@ -40,6 +40,7 @@ class Group {
 
  private:
   std::vector<std::size_t> present() const;
+  std::vector<Object*> touching() const;
   Equilibrium* equilibrium();
   std::string heading(std::size_t i) const { return heading_of(plan_.names[i]); }
 

@@ -6,10 +6,11 @@
 #include <utility>
 #include <variant>
 
+#include "contact/body_contact.h"
+#include "contact/crossings.h"
 #include "parallel/collective.h"
 #include "state/field_tables.h"
 #include "surface/split_corners.h"
-#include "world/contact_of_object.h"
 #include "world/contact_start.h"
 #include "world/load_mesh.h"
 #include "world/non_finite.h"
@@ -56,6 +57,30 @@ void report_bodies(Report& report, const std::vector<Body>& bodies, const std::v
     report.add("force_" + bodies[b].name + "_y", "N", load.force.y(), owner);
     report.add("force_" + bodies[b].name + "_z", "N", load.force.z(), owner);
     report.add("gap_" + bodies[b].name, "m", load.gap, owner);
+  }
+}
+
+/// Adds how an object touches itself. Collective. @param apart see Object::report
+/// @param figures at the end of the last step, if there was one
+void report_contact(Report& report, const ContactOptions& options, bool apart,
+                    const std::optional<ContactFigures>& figures, const Surface& surface, const State& state) {
+  if (options.self && !apart) {
+    const ContactFigures last = figures ? *figures : ContactFigures{0, contact_thickness(surface, options)};
+    report.add("self_contacts", "", static_cast<double>(last.contacts));
+    report.add("smallest_gap", "m", last.smallest_gap);
+    report.add("contact_energy", "J", last.energy);
+    report.add("contact_searches", "", static_cast<double>(last.searches));
+    report.add("room_used", "", last.room_used);
+  }
+  if (options.self) {
+    report.add("contact_work", "J", state.contact_work);
+    report.add("friction_work", "J", state.friction_work);
+  }
+  if (options.check && !apart) {
+    const Crossings crossings = find_crossings({{surface, state.position, state.active_triangles()}});
+    report.add("crossings", "", static_cast<double>(crossings.pairs));
+    report.add("crossing_element_1", "", static_cast<double>(crossings.elements[0]));
+    report.add("crossing_element_2", "", static_cast<double>(crossings.elements[1]));
   }
 }
 

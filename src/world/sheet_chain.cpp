@@ -188,7 +188,7 @@ Stages SheetChain::make_stages(const Surface& surface, State& state, StageClock&
     stages.add<CrackStage>(surface, options_, state, clock, textures, sheet_motion);
   }
   stages.add<StrainStage>(state, sheet_motion);
-  stages.add<HeatBalanceStage>(surface, options_, state);
+  stages.add<HeatBalanceStage>(surface, options_, state, clock);
   return stages;
 }
 

@@ -52,6 +52,16 @@ struct Step {
   std::vector<std::string> news;           ///< lines for the log, such as chambers that have opened
 };
 
+/// The result of a step that was tried. The same on every rank.
+struct StepResult {
+  bool converged = true;
+  std::string reason;                  ///< in words, when it did not converge
+  int iterations = 0;                  ///< linear iterations of all stages
+  std::string figures{};               ///< further text of the progress line, such as "|C| 1.2e-05 m"
+  std::optional<double> step_error{};  ///< estimated error, a fraction of the object's size; none: no estimate
+  int newton_iterations = 0;
+};
+
 /// Named numbers of an object for the history, in the order in which they are added.
 class Report {
  public:

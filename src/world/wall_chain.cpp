@@ -152,7 +152,7 @@ Stages WallChain::make_stages(const Surface& surface, State& state, StageClock& 
     if (cracks_of(options_).strength) {
       stages.add<CrackStage>(surface, options_, state, clock, textures, *stages.motion);
     }
-    stages.add<HeatBalanceStage>(surface, options_, state);
+    stages.add<HeatBalanceStage>(surface, options_, state, clock);
   }
   return stages;
 }
