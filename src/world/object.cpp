@@ -25,10 +25,10 @@ namespace {
 
 /// The state of an object from its group of a checkpoint. Collective.
 std::unique_ptr<State> read_state(const Hdf5File& checkpoint, const std::string& group, const Chain& chain,
-                                  const Surface& surface) {
+                                  const Options& options, const Surface& surface) {
   const std::string table = group + "/state";
   const auto chambers = static_cast<int>(checkpoint.read_all<double>(table + "/once/pressure").size());
-  std::unique_ptr<State> state = chain.make_state(surface, chambers);
+  auto state = std::make_unique<State>(surface, options, chambers);
   read_fields(checkpoint, table, *state, surface.persistent_id, chain.element_ids(surface));
   return state;
 }
@@ -126,7 +126,7 @@ Object::Object(std::string name, Options options, const Hdf5File& checkpoint)
       clock_(chain_->clock_names()),
       surface_(chain_->read_surface(checkpoint, group())),
       textures_(checkpoint.comm()),
-      state_(read_state(checkpoint, group(), *chain_, *surface_)) {
+      state_(read_state(checkpoint, group(), *chain_, options_, *surface_)) {
   make_stages();
   update_derived();
   find_end();
@@ -273,7 +273,7 @@ void Object::spread(const std::vector<double>& load) {
 
 /// Continues with a surface that was made from the present one, and the data that came with its items.
 void Object::transfer(MovedSurface moved) {
-  std::unique_ptr<State> state = chain_->make_state(*moved.surface, static_cast<int>(state_->pressure.size()));
+  auto state = std::make_unique<State>(*moved.surface, options_, static_cast<int>(state_->pressure.size()));
   pellicle::transfer(*state, *state_, moved.particles, moved.elements);
   stages_ = {};
   kept_.reset();

@@ -18,6 +18,32 @@ State::State(const Surface& surface)
   std::fill(chamber.begin(), chamber.end(), -1);
 }
 
+State::State(const Surface& surface, const Options& options, int chambers) : State(surface) {
+  const bool is_wall = options.chain == ChainKind::inflate;
+  if (is_wall) {
+    add_wall();
+  } else {
+    add_burning(surface);
+    add_springs(surface);
+  }
+  add_chambers(chambers);
+  if (balloon_burns(options)) {
+    add_burning(surface);
+  }
+  if (const std::size_t count = options.attachments.size() + options.forces.size(); is_wall && count > 0) {
+    add_loads(static_cast<int>(count));
+  }
+  if (options.time.scheme == TimeScheme::generalized_alpha) {
+    add_acceleration();
+  }
+  if (options.time.arc_length) {
+    add_path();
+  }
+  if (gas_is_joined(options)) {
+    add_gas(chambers, static_cast<int>(options.gas.links.size()));
+  }
+}
+
 void State::add_springs(const Surface& sheet) {
   for (const Colour colour : all_colours) {
     const auto index = static_cast<std::size_t>(colour);

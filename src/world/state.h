@@ -9,6 +9,7 @@
 #include "state/field_registry.h"
 #include "surface/surface.h"
 #include "world/burning_fields.h"
+#include "world/options.h"
 #include "world/work.h"
 
 namespace pellicle {
@@ -20,6 +21,8 @@ struct State : FieldRegistry {
   /// At rest in the undeformed shape, with the fields that every object has; nothing is pinned and there is no gas. The
   /// surface must outlive the state. Collective.
   explicit State(const Surface& surface);
+  /// The same with the fields that the stages of an object of these options add. @param chambers their number
+  State(const Surface& surface, const Options& options, int chambers);
   State(State&&) = default;
   State& operator=(const State& other) {
     FieldRegistry::operator=(other);
