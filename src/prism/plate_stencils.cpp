@@ -102,7 +102,7 @@ class StencilMaker {
     rest.update_ghosts();
     const Eigen::Matrix3Xd undeformed = rest.values();
     for (std::size_t k = 0; k < all.size(); ++k) {
-      const std::size_t vertex = number(all[k].centre);
+      const std::size_t vertex = numbers_.find(all[k].centre);
       // A vertex beyond the membrane's matters to this rank inside the wall only.
       const bool is_near = vertex < projectors.size();
       const bool has_one = add(all[k], is_near ? projectors[vertex] : Eigen::Matrix3d::Identity(),
@@ -116,14 +116,8 @@ class StencilMaker {
   }
 
  private:
-  /// Number of a vertex in `made_.reach`.
-  PetscInt number(PetscInt global) const {
-    const bool is_owned = global >= made_.reach.first && global < made_.reach.first + made_.reach.owned;
-    return is_owned ? global - made_.reach.first : ghosts_.at(global);
-  }
-
   /// The points of the stencils of owned vertices, then of stencils of others with an owned vertex. Makes
-  /// `made_.reach`. Collective.
+  /// `made_.reach` and `numbers_`. Collective.
   /// @param wedges set to those of the owned vertices
   std::vector<Fan> fans(std::vector<std::vector<Wedge>>& wedges) {
     const Layout& vertices = membrane_.particles;
@@ -226,12 +220,9 @@ class StencilMaker {
     }
 
     std::set<PetscInt> further;
-    for (PetscInt i = vertices.owned; i < vertices.local(); ++i) {
-      ghosts_[vertices.to_global(i)] = i;
-    }
+    const LocalNumbers near(vertices);
     const auto reach = [&](PetscInt point) {
-      const bool is_owned = point >= vertices.first && point < vertices.first + vertices.owned;
-      if (!is_owned && ghosts_.find(point) == ghosts_.end()) {
+      if (near.find(point) < 0) {
         further.insert(point);
       }
     };
@@ -242,9 +233,7 @@ class StencilMaker {
     }
     made_.goes_beyond = on_any_rank(vertices.comm, !further.empty());
     made_.reach = with_ghosts(vertices, {further.begin(), further.end()});
-    for (PetscInt i = vertices.local(); i < made_.reach.local(); ++i) {
-      ghosts_[made_.reach.to_global(i)] = i;
-    }
+    numbers_ = LocalNumbers(made_.reach);
     return result;
   }
 
@@ -254,7 +243,7 @@ class StencilMaker {
       return false;
     }
     PlateStencil stencil;
-    stencil.centre = number(fan.centre);
+    stencil.centre = numbers_.find(fan.centre);
     stencil.is_closed = fan.is_closed;
     if (!stencil.is_closed) {
       const auto free_directions = std::lround(projector.trace());
@@ -272,11 +261,11 @@ class StencilMaker {
     stencil.first = made_.points.size();
     made_.points.push_back(stencil.centre);
     for (const PetscInt point : fan.ring) {
-      made_.points.push_back(number(point));
+      made_.points.push_back(numbers_.find(point));
     }
     stencil.ring_end = made_.points.size();
     for (const PetscInt point : fan.beyond) {
-      made_.points.push_back(number(point));
+      made_.points.push_back(numbers_.find(point));
     }
     stencil.last = made_.points.size();
     const auto drop = [&] {
@@ -319,8 +308,8 @@ class StencilMaker {
     const Eigen::Vector3d here = rest.col(stencil.centre);
     std::vector<PlateCorner>& corners = made_.corners.emplace_back();
     for (const Wedge& wedge : wedges) {
-      const Eigen::Vector3d to_next = rest.col(number(wedge.next)) - here;
-      const Eigen::Vector3d to_previous = rest.col(number(wedge.previous)) - here;
+      const Eigen::Vector3d to_next = rest.col(numbers_.find(wedge.next)) - here;
+      const Eigen::Vector3d to_previous = rest.col(numbers_.find(wedge.previous)) - here;
       // The triangle's plane is turned into the tangent plane by the smallest rotation.
       const Eigen::Matrix3d turn = rotation_between(to_next.cross(to_previous), stencil.normal);
       Eigen::Matrix2d edges;
@@ -378,10 +367,7 @@ class StencilMaker {
     if (!stencil.has_fixed_normal && !(values.minCoeff() > least)) {
       return false;
     }
-    Eigen::VectorXd inverse = Eigen::VectorXd::Zero(values.size());
-    for (Eigen::Index k = 0; k < values.size(); ++k) {
-      inverse[k] = values[k] > least ? 1 / values[k] : 0;
-    }
+    const Eigen::VectorXd inverse = (values.array() > least).select(values.cwiseInverse(), 0.0);
     const NormalMatrix pseudo_inverse =
         (normal_matrix.axes * inverse.asDiagonal()).lazyProduct(normal_matrix.axes.transpose());
     const Eigen::MatrixXd coefficients = pseudo_inverse.lazyProduct(terms.transpose()) * row_weight.asDiagonal();
@@ -403,8 +389,8 @@ class StencilMaker {
 
   const Membrane& membrane_;
   PlateStencils made_;
-  std::map<PetscInt, PetscInt> ghosts_;  ///< local number in the reach of each global ghost
-  Eigen::Matrix<double, 3, 2> axes_;     ///< of the stencil that was fitted last
+  LocalNumbers numbers_;              ///< of the vertices in the reach
+  Eigen::Matrix<double, 3, 2> axes_;  ///< of the stencil that was fitted last
 };
 
 }  // namespace
