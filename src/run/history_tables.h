@@ -33,8 +33,6 @@ class HistoryTables {
   void resume(const Hdf5File& checkpoint);
 
  private:
-  std::string file(const std::string& name) const;
-
   Object& object_;
   bool contact_apart_;
   History history_;
