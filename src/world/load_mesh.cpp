@@ -81,6 +81,53 @@ void refuse(const std::string& summary, const std::vector<std::string>& faults) 
   }
 }
 
+/// Refuses a mesh on which the run's chain cannot be built, or to which its textures cannot be put.
+/// @throws Error, one line that describes the mesh and names all its faults
+void require_fit(const CheckedMesh& checked, const Options& options) {
+  std::vector<std::string> faults;
+  if (options.chain == ChainKind::burn) {
+    faults.push_back(fault_of_quads(checked.mesh));
+  }
+  if (checked.report.boundary_edges > 0) {
+    faults.push_back(fault_of_chambers(options));
+  }
+  if (checked.mesh.uv.empty()) {
+    const std::vector<std::string> of_textures = faults_without_uv(options);
+    faults.insert(faults.end(), of_textures.begin(), of_textures.end());
+  }
+  const auto is_fault = [](const std::string& fault) { return !fault.empty(); };
+  if (std::any_of(faults.begin(), faults.end(), is_fault)) {
+    faults.insert(faults.end(), checked.mesh.remarks.begin(), checked.mesh.remarks.end());
+  }
+  refuse(checked.report.summary(), faults);
+}
+
+/// See LoadedMesh::lines.
+std::vector<std::string> mesh_lines(const MeshReport& report, const Options& options) {
+  std::vector<std::string> lines{report.summary()};
+  const std::vector<std::string> remarks = report.remarks();
+  lines.insert(lines.end(), remarks.begin(), remarks.end());
+  if (options.chain == ChainKind::inflate && report.boundary_edges > 0) {
+    lines.push_back(
+        "warning: an open mesh under chain: inflate: unless symmetry planes close it, its gas needs a "
+        "prescribed pressure, or hole_discharge to flow through what is open");
+  }
+  const auto inner_chambers = std::count_if(options.chambers.begin(), options.chambers.end(),
+                                            [](const auto& chamber) { return !chamber.second.inside.empty(); });
+  if (const int count = report.nested.count; count > inner_chambers) {
+    const auto [inner, outer] = report.nested.first;
+    const std::string of_outer = " (of vertex " + std::to_string(outer) + ")";
+    lines.push_back("warning: " +
+                    (count == 1
+                         ? "a closed piece (of vertex " + std::to_string(inner) + ") lies inside another" + of_outer
+                         : std::to_string(count) + " closed pieces (the first of vertex " + std::to_string(inner) +
+                               ") lie inside others" + of_outer) +
+                    ": the volume is the sum of theirs, and the gas round the inner wall does not press on it, unless "
+                    "chambers say so (chambers.NAME.vertex, and inside of the inner one)");
+  }
+  return lines;
+}
+
 /// Collective.
 LoadedMesh read_mesh_file(MPI_Comm comm, const Options& options) {
   LoadedMesh loaded;
@@ -123,50 +170,6 @@ LoadedMesh load_mesh(MPI_Comm comm, const Options& options) {
     }
   });
   return {rows_of(comm, checked.mesh), mesh_lines(checked.report, options), {checked.report.quality()}};
-}
-
-void require_fit(const CheckedMesh& checked, const Options& options) {
-  std::vector<std::string> faults;
-  if (options.chain == ChainKind::burn) {
-    faults.push_back(fault_of_quads(checked.mesh));
-  }
-  if (checked.report.boundary_edges > 0) {
-    faults.push_back(fault_of_chambers(options));
-  }
-  if (checked.mesh.uv.empty()) {
-    const std::vector<std::string> of_textures = faults_without_uv(options);
-    faults.insert(faults.end(), of_textures.begin(), of_textures.end());
-  }
-  const auto is_fault = [](const std::string& fault) { return !fault.empty(); };
-  if (std::any_of(faults.begin(), faults.end(), is_fault)) {
-    faults.insert(faults.end(), checked.mesh.remarks.begin(), checked.mesh.remarks.end());
-  }
-  refuse(checked.report.summary(), faults);
-}
-
-std::vector<std::string> mesh_lines(const MeshReport& report, const Options& options) {
-  std::vector<std::string> lines{report.summary()};
-  const std::vector<std::string> remarks = report.remarks();
-  lines.insert(lines.end(), remarks.begin(), remarks.end());
-  if (options.chain == ChainKind::inflate && report.boundary_edges > 0) {
-    lines.push_back(
-        "warning: an open mesh under chain: inflate: unless symmetry planes close it, its gas needs a "
-        "prescribed pressure, or hole_discharge to flow through what is open");
-  }
-  const auto inner_chambers = std::count_if(options.chambers.begin(), options.chambers.end(),
-                                            [](const auto& chamber) { return !chamber.second.inside.empty(); });
-  if (const int count = report.nested.count; count > inner_chambers) {
-    const auto [inner, outer] = report.nested.first;
-    const std::string of_outer = " (of vertex " + std::to_string(outer) + ")";
-    lines.push_back("warning: " +
-                    (count == 1
-                         ? "a closed piece (of vertex " + std::to_string(inner) + ") lies inside another" + of_outer
-                         : std::to_string(count) + " closed pieces (the first of vertex " + std::to_string(inner) +
-                               ") lie inside others" + of_outer) +
-                    ": the volume is the sum of theirs, and the gas round the inner wall does not press on it, unless "
-                    "chambers say so (chambers.NAME.vertex, and inside of the inner one)");
-  }
-  return lines;
 }
 
 std::string partition_line(const Surface& points) {

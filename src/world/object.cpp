@@ -14,7 +14,6 @@
 #include "world/contact_start.h"
 #include "world/load_mesh.h"
 #include "world/non_finite.h"
-#include "world/renumbering.h"
 #include "world/step_reach.h"
 #include "world/work.h"
 
@@ -256,12 +255,20 @@ void Object::divide() {
 /// Splits the vertices at which cracks have separated the surface.
 void Object::split() {
   const SplitCorners corners = find_split_corners(*surface_, state_->burning->active);
-  if (corners.count > 0) {
-    const auto [particles, copies, elements] = packed(*state_, *surface_, corners);
-    crack_faces_ = find_crack_faces(*surface_, corners);
-    transfer(chain_->split(*surface_, corners, particles, copies, elements));
-    update_pieces(state_->burning->pieces, *surface_, state_->burning->active, state_->time);
+  if (corners.count == 0) {
+    return;
   }
+  Records particles(state_->record_size(Item::particle), surface_->particles.owned);
+  for (PetscInt i = 0; i < particles.count(); ++i) {
+    state_->pack(Item::particle, i, particles.at(i), corners.fraction[i]);
+  }
+  Records copies(particles.bytes(), static_cast<PetscInt>(corners.copies.size()));
+  for (PetscInt k = 0; k < copies.count(); ++k) {
+    state_->pack(Item::particle, corners.copies[k].original, copies.at(k), corners.copies[k].fraction);
+  }
+  crack_faces_ = find_crack_faces(*surface_, corners);
+  transfer(chain_->split(*surface_, corners, particles, copies, packed(*state_, Item::cell, surface_->elements.owned)));
+  update_pieces(state_->burning->pieces, *surface_, state_->burning->active, state_->time);
 }
 
 void Object::spread(const std::vector<double>& load) {
@@ -274,7 +281,13 @@ void Object::spread(const std::vector<double>& load) {
 /// Continues with a surface that was made from the present one, and the data that came with its items.
 void Object::transfer(MovedSurface moved) {
   auto state = std::make_unique<State>(*moved.surface, options_, static_cast<int>(state_->pressure.size()));
-  pellicle::transfer(*state, *state_, moved.particles, moved.elements);
+  state->transfer(*state_);
+  for (PetscInt i = 0; i < moved.particles.count(); ++i) {
+    state->unpack(Item::particle, i, moved.particles.at(i));
+  }
+  for (PetscInt i = 0; i < moved.elements.count(); ++i) {
+    state->unpack(Item::cell, i, moved.elements.at(i));
+  }
   stages_ = {};
   kept_.reset();
   whole_.reset();

@@ -13,7 +13,6 @@
 #include "world/chain.h"
 #include "world/fire_stages.h"
 #include "world/load_mesh.h"
-#include "world/renumbering.h"
 #include "world/sheet_motion.h"
 
 namespace pellicle {

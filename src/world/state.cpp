@@ -91,5 +91,13 @@ void State::add_path() {
   direction = &add<Field>({"path_direction", "", Item::particle}, 3);
 }
 
+Records packed(const FieldRegistry& state, Item item, PetscInt owned) {
+  Records records(state.record_size(item), owned);
+  for (PetscInt i = 0; i < owned; ++i) {
+    state.pack(item, i, records.at(i));
+  }
+  return records;
+}
+
 }  // namespace world
 }  // namespace pellicle

@@ -6,6 +6,7 @@
 
 #include "combustion/combustion.h"
 #include "gas/gas_exchange.h"
+#include "parallel/records.h"
 #include "state/field_registry.h"
 #include "surface/surface.h"
 #include "world/burning_fields.h"
@@ -23,15 +24,7 @@ struct State : FieldRegistry {
   explicit State(const Surface& surface);
   /// The same with the fields that the stages of an object of these options add. @param chambers their number
   State(const Surface& surface, const Options& options, int chambers);
-  State(State&&) = default;
-  State& operator=(const State& other) {
-    FieldRegistry::operator=(other);
-    return *this;
-  }
-  State& operator=(const FieldRegistry& other) {
-    FieldRegistry::operator=(other);
-    return *this;
-  }
+  using FieldRegistry::operator=;
 
   // Declarations of the fields that stages add. They allocate; those that add a Field are collective.
 
@@ -86,6 +79,9 @@ struct State : FieldRegistry {
   /// Whether nothing is left of the object.
   bool is_gone() const { return burning && burning->pieces.present.empty(); }
 };
+
+/// The records of the owned items of a state, on the way to the same object on a new surface.
+Records packed(const FieldRegistry& state, Item item, PetscInt owned);
 
 }  // namespace world
 }  // namespace pellicle

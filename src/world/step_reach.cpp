@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
-#include <limits>
 
 #include "base/units.h"
 #include "geometry/key_points.h"
@@ -24,20 +24,17 @@ double displacement(const Rows& path, const Eigen::Vector3d& velocity, double fr
 /// Diagonal of the undeformed surface's box, and the farthest that velocities and gravity alone carry an owned particle
 /// in a step, both [m]. Collective.
 std::array<double, 2> size_and_way(const Options& options, const Surface& surface, const State& state, double h) {
-  constexpr double none = -std::numeric_limits<double>::max();
-  std::array<double, 7> largest{none, none, none, none,
-                                none, none, 0};  // the box's upper and negative lower ends; a way
+  Eigen::AlignedBox3d box;
+  double way = 0;
   for (PetscInt i = 0; i < surface.particles.owned; ++i) {
-    for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      const auto k = static_cast<std::size_t>(axis);
-      largest[k] = std::max(largest[k], surface.rest(axis, i));
-      largest[k + 3] = std::max(largest[k + 3], -surface.rest(axis, i));
-    }
+    box.extend(surface.rest.col(i));
     const Eigen::Vector3d velocity = state.velocity.vector(i) + h * options.force.gravity;
-    largest[6] = std::max(largest[6], h * velocity.norm());
+    way = std::max(way, h * velocity.norm());
   }
-  largest = max_over_ranks(surface.comm(), largest);
-  const Eigen::Vector3d diagonal{largest[0] + largest[3], largest[1] + largest[4], largest[2] + largest[5]};
+  Eigen::Matrix<double, 7, 1> largest;
+  largest << box.max(), -box.min(), way;
+  max_over_ranks(surface.comm(), largest);
+  const Eigen::Vector3d diagonal = largest.head<3>() + largest.segment<3>(3);
   return {diagonal.norm(), largest[6]};
 }
 
