@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "base/log_event.h"
@@ -153,16 +154,16 @@ void GradientStiffness::add_product(double factor, const double* w, double* resu
   constexpr double sums = 2 * 9;
   const LogScope scope(event,
                        (product_flops(director_, !pressure_.empty()) + sums) * static_cast<double>(linearised_.size()));
-  using Map = Eigen::Map<Eigen::Vector3d>;
-  using ConstMap = Eigen::Map<const Eigen::Vector3d>;
   for (std::size_t e = 0; e < linearised_.size(); ++e) {
-    const auto [x1, x2, x3] = elements_->membrane().triangles[e];
-    const Eigen::Vector3d corner[3] = {ConstMap(w + 3 * x1), ConstMap(w + 3 * x2), ConstMap(w + 3 * x3)};
-    Eigen::Vector3d product[3];
+    const std::array<PetscInt, 3>& triangle = elements_->membrane().triangles[e];
+    Eigen::Vector3d corner[3], product[3];
+    for (std::size_t a = 0; a < 3; ++a) {
+      corner[a] = Eigen::Map<const Eigen::Vector3d>(w + 3 * triangle[a]);
+    }
     multiply(e, corner, product);
-    Map(result + 3 * x1) += factor * product[0];
-    Map(result + 3 * x2) += factor * product[1];
-    Map(result + 3 * x3) += factor * product[2];
+    for (std::size_t a = 0; a < 3; ++a) {
+      Eigen::Map<Eigen::Vector3d>(result + 3 * triangle[a]) += factor * product[a];
+    }
   }
 }
 

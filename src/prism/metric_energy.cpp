@@ -118,11 +118,8 @@ std::optional<MetricEnergy> relaxed(const Material& material, ThicknessRule rule
   if (here.y >= -rounding * std::abs(here.yy) || (x > 1 && radius < rounding)) {
     return std::nullopt;
   }
-  MetricEnergy result;
-  result.gradient.setZero();
-  result.hessian.setZero();
   if (x <= 1) {
-    return result;
+    return MetricEnergy{0, Eigen::Vector3d::Zero(), Eigen::Matrix3d::Zero()};
   }
   const double y = natural_width(material, rule, x, given);
   const InPlaneState natural = in_plane_state(material, rule, x + y, x * y, given);
@@ -135,20 +132,15 @@ std::optional<MetricEnergy> relaxed(const Material& material, ThicknessRule rule
   const double root = std::sqrt(2.0);
   const Eigen::Vector3d along = map.transpose() * Eigen::Vector3d((1 + cos2) / 2, (1 - cos2) / 2, sin2 / root);
   const Eigen::Vector3d across = map.transpose() * Eigen::Vector3d(-sin2 / 2, sin2 / 2, cos2 / root);
-  result.energy = rest.volume * natural.psi.value;
-  result.gradient = rest.volume * slope * along;
-  result.hessian = rest.volume * (curvature * along * along.transpose() + slope / radius * across * across.transpose());
-  result.thickness_ratio = std::sqrt(natural.c);
-  return result;
+  return MetricEnergy{
+      rest.volume * natural.psi.value, rest.volume * slope * along,
+      rest.volume * (curvature * along * along.transpose() + slope / radius * across * across.transpose()),
+      std::sqrt(natural.c)};
 }
 
 MetricEnergy collapsed() {
-  MetricEnergy result;
-  result.energy = std::numeric_limits<double>::infinity();
-  result.gradient.setConstant(std::numeric_limits<double>::quiet_NaN());
-  result.hessian.setConstant(std::numeric_limits<double>::quiet_NaN());
-  result.thickness_ratio = std::numeric_limits<double>::quiet_NaN();
-  return result;
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  return {std::numeric_limits<double>::infinity(), Eigen::Vector3d::Constant(nan), Eigen::Matrix3d::Constant(nan), nan};
 }
 
 /// Eigenvalues of a 2x2 matrix with real eigenvalues, the larger first.
@@ -168,11 +160,9 @@ bool is_positive(const Eigen::Matrix3d& m) {
 
 RestMetric rest_metric(const Eigen::Vector3d& e12, const Eigen::Vector3d& e13, double thickness) {
   const double twice_area = e12.cross(e13).norm();
-  RestMetric rest;
-  rest.inverse = Eigen::Vector3d(e13.dot(e13), -e12.dot(e13), e12.dot(e12)) / (twice_area * twice_area);
-  rest.area = twice_area / 2;
-  rest.volume = rest.area * thickness;
-  return rest;
+  const double area = twice_area / 2;
+  return {Eigen::Vector3d(e13.dot(e13), -e12.dot(e13), e12.dot(e12)) / (twice_area * twice_area), area,
+          area * thickness};
 }
 
 Eigen::Matrix2d inverse_edges(const RestMetric& rest) {

@@ -64,26 +64,18 @@ Fan fan_of(std::vector<Wedge> wedges) {
     return std::none_of(wedges.begin(), wedges.end(), [&](const Wedge& other) { return other.previous == wedge.next; });
   });
   fan.is_closed = begins == wedges.end();
-  std::vector<Wedge> ordered;
-  for (auto wedge = fan.is_closed ? wedges.begin() : begins; wedge != wedges.end();) {
-    ordered.push_back(*wedge);
-    if (ordered.size() == wedges.size()) {
-      break;
-    }
-    wedge = std::find_if(wedges.begin(), wedges.end(),
-                         [&](const Wedge& other) { return other.next == ordered.back().previous; });
-    if (wedge != wedges.end() && wedge->next == ordered.front().next) {
-      break;
-    }
+  PetscInt last = -1;  // beyond the ring
+  for (auto wedge = fan.is_closed ? wedges.begin() : begins;
+       wedge != wedges.end() && fan.ring.size() < wedges.size() && (fan.ring.empty() || last != fan.ring.front());
+       wedge = std::find_if(wedges.begin(), wedges.end(), [&](const Wedge& other) { return other.next == last; })) {
+    fan.ring.push_back(wedge->next);
+    last = wedge->previous;
   }
-  if (ordered.size() < wedges.size() || wedges.empty()) {
+  if (fan.ring.size() < wedges.size() || wedges.empty()) {
     return {};
   }
-  for (const Wedge& wedge : ordered) {
-    fan.ring.push_back(wedge.next);
-  }
   if (!fan.is_closed) {
-    fan.ring.push_back(ordered.back().previous);
+    fan.ring.push_back(last);
   }
   return fan;
 }

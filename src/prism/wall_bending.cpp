@@ -6,7 +6,6 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "base/log_event.h"
 #include "geometry/cross_matrix.h"

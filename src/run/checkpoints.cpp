@@ -10,7 +10,6 @@
 #include <regex>
 #include <set>
 #include <sstream>
-#include <utility>
 
 #include "base/error.h"
 #include "io/open_file.h"

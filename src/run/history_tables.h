@@ -1,9 +1,7 @@
 #pragma once
 
 #include <memory>
-#include <string>
 
-#include "io/console.h"
 #include "io/history.h"
 #include "io/output_folder.h"
 #include "state/hdf5_file.h"

@@ -2,10 +2,8 @@
 
 #include <mpi.h>
 
-#include <deque>
 
 #include "io/run_record.h"
-#include "world/options.h"
 #include "world/run_plan.h"
 
 namespace pellicle {

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <utility>
 
@@ -19,13 +18,13 @@ inline namespace world {
 
 namespace {
 
-/// How many chambers there were before any was cut in two; they come first.
-int chambers_at_first(const Chambers& chambers) {
-  int count = 0;
-  while (count < chambers.count() && chambers.was_there_at_first(count)) {
-    ++count;
-  }
-  return count;
+/// Where the wall of a chamber is open: id of the element or vertex, place, number of the chamber.
+using Opening = std::array<double, 5>;
+
+/// The one with the least id of all ranks. Collective.
+Opening first_of_all(MPI_Comm comm, const Opening& of_rank) {
+  const std::vector<Opening> all = of_all_ranks(comm, std::vector{of_rank});
+  return *std::min_element(all.begin(), all.end());
 }
 
 }  // namespace
@@ -180,11 +179,11 @@ std::string GasStage::end_wall_heat(double h, const Eigen::VectorXd& given) {
 
 void GasStage::report(Report& report, const Step& /*step*/) const {
   // Several chambers: volumes and amounts add up, pressures and temperatures are means by volume.
-  const int several = chambers_at_first(chambers_);
   const Eigen::VectorXd walls = chambers_.volumes(state_.position);
   const Eigen::VectorXd volumes = exchange().gas_volumes(walls);
   std::vector<GasState> states = chambers_.states(exchange(), walls, state_.time_of_loads());
   GasState all;
+  int at_first = 0;  // chambers before any was cut in two; they come first
   double initial_volume = 0;
   double energy = 0;  // of the joined chambers
   for (int chamber = 0; chamber < chambers_.count(); ++chamber) {
@@ -198,6 +197,7 @@ void GasStage::report(Report& report, const Step& /*step*/) const {
     all.temperature += fraction * gas.temperature;
     if (chambers_.was_there_at_first(chamber)) {
       initial_volume += chambers_.initial_volume(chamber);
+      ++at_first;
     }
     if (chambers_.is_joined(chamber)) {
       energy += gas.amount * chambers_.heat_capacity(chamber) * gas.temperature;
@@ -209,7 +209,7 @@ void GasStage::report(Report& report, const Step& /*step*/) const {
   report.add("gas_absolute_pressure", "Pa", all.absolute_pressure);
   report.add("gas_amount", "mol", all.amount);
   report.add("gas_temperature", "K", all.temperature);
-  for (int chamber = 0; chamber < (several > 1 ? several : 0); ++chamber) {
+  for (int chamber = 0; chamber < (at_first > 1 ? at_first : 0); ++chamber) {
     const std::string& name = chambers_.name(chamber);
     const std::string owner = "chambers." + name;
     report.add("gas_volume_" + name, "m^3", states[chamber].volume, owner);
@@ -293,38 +293,27 @@ std::string GasStage::open_wall(bool can_crack) const {
 
 /// Names a chamber that needs a closed surface but has a burnt hole, and its place; empty: there is none.
 std::string GasStage::burnt_hole() const {
-  const BurningFields& fields = *state_.burning;
-  constexpr PetscInt none = std::numeric_limits<PetscInt>::max();
-  const auto per_element = static_cast<std::size_t>(surface_.triangles_per_element);
-  const auto chamber_of = [&](std::size_t e) { return chambers_.of_triangle(static_cast<PetscInt>(per_element * e)); };
-  PetscInt least = none;
-  std::size_t found = 0;
+  const PetscInt per_element = surface_.triangles_per_element;
+  Opening first{HUGE_VAL};
   for (PetscInt e = 0; e < surface_.elements.owned; ++e) {
-    if (fields.burn_time[e] >= 0 && surface_.element_id[e] < least && chamber_of(e) >= 0 &&
-        chambers_.needs_closed_wall(chamber_of(e))) {
-      least = surface_.element_id[e];
-      found = e;
+    const int chamber = chambers_.of_triangle(per_element * e);
+    if (state_.burning->burn_time[e] >= 0 && surface_.element_id[e] < first[0] && chamber >= 0 &&
+        chambers_.needs_closed_wall(chamber)) {
+      Eigen::Vector3d x = Eigen::Vector3d::Zero();
+      for (PetscInt t = per_element * e; t < per_element * (e + 1); ++t) {
+        for (const PetscInt point : surface_.triangles[t]) {
+          x += state_.position.vector(point) / static_cast<double>(3 * per_element);
+        }
+      }
+      first = {static_cast<double>(surface_.element_id[e]), x[0], x[1], x[2], static_cast<double>(chamber)};
     }
   }
-  PetscInt first = least;
-  first = min_over_ranks(surface_.comm(), first);
-  if (first == none) {
+  if (!on_any_rank(surface_.comm(), first[0] < HUGE_VAL)) {
     return "";
   }
-  std::array<double, 4> place{};  // centre, chamber: of the rank that has it
-  if (least == first) {
-    Eigen::Vector3d x = Eigen::Vector3d::Zero();
-    for (std::size_t t = per_element * found; t < per_element * (found + 1); ++t) {
-      for (const PetscInt point : surface_.triangles[t]) {
-        x += state_.position.vector(point) / static_cast<double>(3 * per_element);
-      }
-    }
-    place = {x[0], x[1], x[2], static_cast<double>(chamber_of(found))};
-  }
-  place = sum_over_ranks(surface_.comm(), place);
-  std::string text = fmt::format(" is open: element {} at ({:.4g}, {:.4g}, {:.4g}) m has burnt through",
-                                 static_cast<int>(first), place[0], place[1], place[2]);
-  return "chamber " + chambers_.name(static_cast<int>(place[3])) + text;
+  const auto [id, x, y, z, chamber] = first_of_all(surface_.comm(), first);
+  return fmt::format("chamber {} is open: element {} at ({:.4g}, {:.4g}, {:.4g}) m has burnt through",
+                     chambers_.name(static_cast<int>(chamber)), static_cast<int>(id), x, y, z);
 }
 
 /// Names a chamber that needs a closed surface which cracks have parted, and the place; empty: there is none.
@@ -345,7 +334,7 @@ std::string GasStage::torn_wall() const {
       }
     }
   }
-  std::array<double, 5> first{HUGE_VAL};  // id, place and chamber
+  Opening first{HUGE_VAL};
   for (const SplitCorners::Copy& copy : corners.copies) {
     if (const auto found = chamber_of.find(copy.original); found != chamber_of.end()) {
       const double id = surface_.persistent_id[copy.original];
@@ -353,17 +342,15 @@ std::string GasStage::torn_wall() const {
       first = std::min(first, {id, x[0], x[1], x[2], static_cast<double>(found->second)});
     }
   }
-  const std::vector<std::array<double, 5>> all = of_all_ranks(surface_.comm(), std::vector{first});
-  const auto& [id, x, y, z, chamber] = *std::min_element(all.begin(), all.end());
+  const auto [id, x, y, z, chamber] = first_of_all(surface_.comm(), first);
   if (id == HUGE_VAL) {
     return "";
   }
   // A coordinate that is rounding is 0, so that the words do not depend on the ranks.
   const double rounding = 1e-9 * std::hypot(x, y, z);
   const auto shown = [rounding](double coordinate) { return std::abs(coordinate) < rounding ? 0.0 : coordinate; };
-  std::string text = fmt::format(" is open: it has torn at vertex {} at ({:.4g}, {:.4g}, {:.4g}) m",
-                                 static_cast<int>(id), shown(x), shown(y), shown(z));
-  return "chamber " + chambers_.name(static_cast<int>(chamber)) + text;
+  return fmt::format("chamber {} is open: it has torn at vertex {} at ({:.4g}, {:.4g}, {:.4g}) m",
+                     chambers_.name(static_cast<int>(chamber)), static_cast<int>(id), shown(x), shown(y), shown(z));
 }
 
 }  // namespace world

@@ -1,6 +1,7 @@
 #include "world/group.h"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "contact/crack_faces.h"

@@ -1,9 +1,6 @@
 #pragma once
 
-#include <algorithm>
-#include <deque>
 #include <memory>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -11,7 +8,6 @@
 #include "base/stage_clock.h"
 #include "equilibrium/equilibrium.h"
 #include "world/object.h"
-#include "world/options.h"
 #include "world/run_plan.h"
 #include "world/stage.h"
 

@@ -2,9 +2,7 @@
 
 #include <mpi.h>
 
-#include <cstddef>
 #include <string>
-#include <vector>
 
 #include "state/field_registry.h"
 
