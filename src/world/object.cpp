@@ -15,7 +15,6 @@
 #include "world/load_mesh.h"
 #include "world/non_finite.h"
 #include "world/step_reach.h"
-#include "world/work.h"
 
 namespace pellicle {
 inline namespace world {
@@ -56,6 +55,24 @@ void report_bodies(Report& report, const std::vector<Body>& bodies, const std::v
     report.add("force_" + bodies[b].name + "_y", "N", load.force.y(), owner);
     report.add("force_" + bodies[b].name + "_z", "N", load.force.z(), owner);
     report.add("gap_" + bodies[b].name, "m", load.gap, owner);
+  }
+}
+
+/// Adds the works that an object with these options can have, such as gravity_work. @param works since time 0 [J]
+void report_work(Report& report, const Options& options, const Eigen::VectorXd& works) {
+  const std::array<std::pair<const char*, bool>, kinds_of_work> kinds{
+      // column and whether it applies, as in Work
+      {{"gravity_work", true},
+       {"damping_work", true},
+       {"pin_work", !options.pins.empty()},
+       {"pressure_work", !options.chambers.empty()},
+       {"body_work", !options.bodies.empty() && balances_bodies(options)},
+       {"air_work", options.force.air.density > 0},
+       {"load_work", !options.attachments.empty() || !options.forces.empty()}}};
+  for (int kind = 0; kind < kinds_of_work; ++kind) {
+    if (const auto& [column, applies] = kinds[kind]; applies) {
+      report.add(column, "J", works[kind]);
+    }
   }
 }
 
@@ -215,10 +232,7 @@ void Object::accept(double time) {
     news_.push_back({line});
   }
   find_end();
-  if (!ended_.empty()) {
-    return;
-  }
-  if (!step_.has_cracked && !step_.has_burnt) {
+  if (!ended_.empty() || (!step_.has_cracked && !step_.has_burnt)) {
     return;
   }
   const auto timer = clock_.time(chain_->renumbering());

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <string>
 
+#include "parallel/collective.h"
 #include "world/records.h"
 
 namespace pellicle {
@@ -89,6 +90,14 @@ void State::add_gas(int chambers, int links) {
 void State::add_path() {
   load_time = &add<double>({"load_time", "s", Item::object});
   direction = &add<Field>({"path_direction", "", Item::particle}, 3);
+}
+
+double kinetic_energy(const Surface& surface, const double* mass, const Field& velocity) {
+  double sum = 0;
+  for (PetscInt i = 0; i < surface.particles.owned; ++i) {
+    sum += mass[i] / 2 * velocity.vector(i).squaredNorm();
+  }
+  return sum_over_ranks(surface.comm(), sum);
 }
 
 Records packed(const FieldRegistry& state, Item item, PetscInt owned) {

@@ -11,10 +11,26 @@
 #include "surface/surface.h"
 #include "world/burning_fields.h"
 #include "world/options.h"
-#include "world/work.h"
 
 namespace pellicle {
 inline namespace world {
+
+/// The causes of work on an object, besides contact (ContactWork): entries of State::work. The work of a step is that
+/// of the forces with which the step is in balance over its displacements. With steps of implicit Euler kinetic and
+/// elastic energy change by the sum of all works less what the steps damp, which falls with their length.
+enum class Work {
+  gravity,
+  damping,   ///< `force.damping` and viscosity; of a balloon C (PrismOptions)
+  pins,      ///< that move
+  pressure,  ///< across walls, with weights and jets of gas
+  bodies,
+  air,
+  loads  ///< attachments and forces
+};
+constexpr int kinds_of_work = 7;
+
+/// An entry of a vector of works [J].
+inline double& of(Eigen::VectorXd& works, Work kind) { return works[static_cast<Eigen::Index>(kind)]; }
 
 /// The state of an object: the fields of its stages, in one registry. Ghosts are up to date
 /// between steps. After a failed step the state is restored by assigning a copy of the registry.
@@ -79,6 +95,9 @@ struct State : FieldRegistry {
   /// Whether nothing is left of the object.
   bool is_gone() const { return burning && burning->pieces.present.empty(); }
 };
+
+/// The kinetic energy of an object [J]. Collective. @param mass of the owned particles [kg]
+double kinetic_energy(const Surface& surface, const double* mass, const Field& velocity);
 
 /// The records of the owned items of a state, on the way to the same object on a new surface.
 Records packed(const FieldRegistry& state, Item item, PetscInt owned);
