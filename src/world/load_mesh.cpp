@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "meshing/checked_mesh.h"
 #include "meshing/triangulation.h"
 #include "state/hdf5_file.h"
 #include "state/mesh_tables.h"
@@ -13,35 +14,7 @@
 namespace pellicle {
 inline namespace world {
 
-CheckedMesh load_mesh(MPI_Comm comm, const MeshOptions& options) {
-  CheckedMesh checked;
-  on_root(comm, [&] { checked = make_checked_mesh(options); });
-  return checked;
-}
-
 namespace {
-
-/// The options that put a picture on the mesh: the key of each and its file.
-std::vector<std::pair<std::string, std::string>> texture_files(const Options& options) {
-  std::vector<std::pair<std::string, std::string>> files;
-  if (options.chain == ChainKind::burn) {
-    files = {{"combustion.mass_loss_texture", options.combustion.mass_loss_texture},
-             {"heat.diffusivity_texture", options.heat.diffusivity_texture},
-             {"project.weight_texture", options.project.weight_texture},
-             {"ablation.strength_texture", options.ablation.strength_texture},
-             {"sheet.tensile_texture", options.material.tensile_texture},
-             {"sheet.shear_texture", options.material.shear_texture},
-             {"sheet.bending_texture", options.material.bending_texture}};
-    for (const auto& [name, source] : options.heat.sources) {
-      files.emplace_back("heat.sources." + name + ".file", source.file);
-    }
-  } else {
-    files = {{"wall.thickness_texture", options.wall.thickness_texture}};
-  }
-  const auto is_empty = [](const auto& key_and_file) { return key_and_file.second.empty(); };
-  files.erase(std::remove_if(files.begin(), files.end(), is_empty), files.end());
-  return files;
-}
 
 /// Describes the fault that a chamber needs a volume, which an open mesh does not have; empty if none does. Chambers
 /// that name their pieces are left to `Chambers`.
@@ -59,13 +32,30 @@ std::string fault_of_chambers(const Options& options) {
   return "";
 }
 
-/// Names the options that a mesh without texture coordinates makes impossible.
+/// Names the options that a mesh without texture coordinates makes impossible: those that put a picture on it.
 std::vector<std::string> faults_without_uv(const Options& options) {
+  std::vector<std::pair<std::string, std::string>> pictures;  // the key of each and its file, or none
+  if (options.chain == ChainKind::burn) {
+    pictures = {{"combustion.mass_loss_texture", options.combustion.mass_loss_texture},
+                {"heat.diffusivity_texture", options.heat.diffusivity_texture},
+                {"project.weight_texture", options.project.weight_texture},
+                {"ablation.strength_texture", options.ablation.strength_texture},
+                {"sheet.tensile_texture", options.material.tensile_texture},
+                {"sheet.shear_texture", options.material.shear_texture},
+                {"sheet.bending_texture", options.material.bending_texture}};
+    for (const auto& [name, source] : options.heat.sources) {
+      pictures.emplace_back("heat.sources." + name + ".file", source.file);
+    }
+  } else {
+    pictures = {{"wall.thickness_texture", options.wall.thickness_texture}};
+  }
   std::vector<std::string> faults;
-  for (const auto& [key, file] : texture_files(options)) {
-    faults.push_back(key + ": " + file +
-                     " needs texture coordinates, and the mesh has none, expected a mesh with them" +
-                     (key.find("heat.sources.") == 0 ? "" : " or -" + command_line_name(key) + " \"\""));
+  for (const auto& [key, file] : pictures) {
+    if (!file.empty()) {
+      faults.push_back(key + ": " + file +
+                       " needs texture coordinates, and the mesh has none, expected a mesh with them" +
+                       (key.find("heat.sources.") == 0 ? "" : " or -" + command_line_name(key) + " \"\""));
+    }
   }
   return faults;
 }
@@ -160,8 +150,9 @@ LoadedMesh load_mesh(MPI_Comm comm, const Options& options) {
   if (options.mesh.has_partition()) {
     return read_mesh_file(comm, options);
   }
-  CheckedMesh checked = load_mesh(comm, options.mesh);
+  CheckedMesh checked;
   on_root(comm, [&] {
+    checked = make_checked_mesh(options.mesh);
     if (!options.mesh_only) {
       require_fit(checked, options);
     }

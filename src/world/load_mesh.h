@@ -5,19 +5,12 @@
 #include <string>
 #include <vector>
 
-#include "meshing/checked_mesh.h"
 #include "surface/mesh_rows.h"
 #include "surface/surface.h"
 #include "world/options.h"
 
 namespace pellicle {
 inline namespace world {
-
-/// Reads or generates the mesh on rank 0, checks it, repairs faults that can be repaired and scales it to its volume.
-/// Collective.
-/// @returns on rank 0 the mesh and its report, elsewhere empty ones
-/// @throws Error, on all ranks, see make_checked_mesh
-CheckedMesh load_mesh(MPI_Comm comm, const MeshOptions& options);
 
 /// A mesh as rows, and the lines that describe it.
 struct LoadedMesh {

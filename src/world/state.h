@@ -35,31 +35,12 @@ inline double& of(Eigen::VectorXd& works, Work kind) { return works[static_cast<
 /// The state of an object: the fields of its stages, in one registry. Ghosts are up to date
 /// between steps. After a failed step the state is restored by assigning a copy of the registry.
 struct State : FieldRegistry {
-  /// At rest in the undeformed shape, with the fields that every object has; nothing is pinned and there is no gas. The
-  /// surface must outlive the state. Collective.
-  explicit State(const Surface& surface);
-  /// The same with the fields that the stages of an object of these options add. @param chambers their number
+  /// At rest in the undeformed shape, with the fields that every object has and those of the stages that the options
+  /// ask for. Target lengths of springs are the undeformed ones, thickness ratios 1; nothing is pinned or chosen, and
+  /// nothing is in the chambers. The surface must outlive the state; a membrane that burns must be burnable
+  /// (set_burnable). Collective. @param chambers their number
   State(const Surface& surface, const Options& options, int chambers);
   using FieldRegistry::operator=;
-
-  // Declarations of the fields that stages add. They allocate; those that add a Field are collective.
-
-  /// The fields of a surface that heats, burns and is cut; a membrane must be burnable (set_burnable).
-  void add_burning(const Surface& surface) { burning.emplace(*this, surface); }
-  /// Target lengths of the springs of a sheet, at first the undeformed ones, and its largest strain.
-  void add_springs(const Surface& sheet);
-  /// Thickness ratios of a wall, at first 1, and how its steps have ended.
-  void add_wall();
-  /// Pressures of the chambers. @param count of chambers
-  void add_chambers(int count);
-  /// Mass and heat that the gas in chambers has exchanged, if links, holes or heat change it.
-  void add_gas(int chambers, int links);
-  /// Particles on which attachments and forces act. @param count of these loads
-  void add_loads(int count) { loads = &add<std::vector<bool>>({"loads", "", Item::particle}, count); }
-  /// Accelerations, with which generalized alpha goes on.
-  void add_acceleration() { acceleration = &add<Field>({"acceleration", "m/s^2", Item::particle}, 3); }
-  /// Time of the loads and direction of the path, with which steps by arc length go on.
-  void add_path();
 
   double& time = add<double>({"time", "s", Item::object});
   PetscInt& step = add<PetscInt>({"step", "", Item::object});             ///< accepted steps
@@ -82,7 +63,7 @@ struct State : FieldRegistry {
   TargetLengths& target_length;          ///< of the local springs of a sheet by colour [m]; empty: a wall
   std::vector<double>& thickness_ratio;  ///< h/h0 of the local elements of a wall; empty: a sheet
   Eigen::VectorXd& record;               ///< numbers for remarks: StrainRecord of a sheet, StepRecord of a wall
-  GasExchange* gas = nullptr;            ///< null: nothing changes the gas in chambers, see add_gas
+  GasExchange* gas = nullptr;            ///< null: no links, holes or heat change the gas in chambers
   std::vector<bool>* loads = nullptr;    ///< whether each load acts on each local vertex (PointLoads::chosen)
   Field* acceleration = nullptr;         ///< of generalized alpha, which is not exactly that of this moment [m/s^2]
   double* load_time = nullptr;           ///< by arc length: time of the loads [s]
