@@ -1,5 +1,3 @@
-#include "run/mesh_only.h"
-
 #include <fmt/format.h>
 #include <vtkMeshQuality.h>
 #include <vtkNew.h>
@@ -16,6 +14,7 @@
 #include "io/console.h"
 #include "io/frame_writer.h"
 #include "parallel/collective.h"
+#include "run/run.h"
 #include "state/hdf5_file.h"
 #include "state/mesh_tables.h"
 #include "surface/shell.h"

@@ -11,7 +11,6 @@
 #include "io/console.h"
 #include "linear/saved_system.h"
 #include "parallel/collective.h"
-#include "run/mesh_only.h"
 #include "run/world_output.h"
 #include "world/load_mesh.h"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "world/non_finite.h"
+#include "world/state_checks.h"
 
 namespace pellicle {
 inline namespace run {

@@ -24,7 +24,6 @@ class GasStage : public Stage {
            const Eigen::Vector3d& origin = Eigen::Vector3d::Zero(), const SymmetryPlanes& planes = {});
 
   const Chambers& chambers() const { return chambers_; }
-  const State& state() const { return state_; }
   /// Data of the gas in the step in progress.
   GasStep& step() { return gas_step_; }
   /// Sets the gas in the balance, from which the stage takes the mass that has come into the chambers. It must outlive

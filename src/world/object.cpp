@@ -13,8 +13,7 @@
 #include "surface/split_corners.h"
 #include "world/contact_start.h"
 #include "world/load_mesh.h"
-#include "world/non_finite.h"
-#include "world/step_reach.h"
+#include "world/state_checks.h"
 
 namespace pellicle {
 inline namespace world {

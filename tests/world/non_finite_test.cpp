@@ -1,4 +1,4 @@
-#include "world/non_finite.h"
+#include "world/state_checks.h"
 
 #include <gtest/gtest.h>
 
