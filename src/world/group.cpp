@@ -88,7 +88,7 @@ StepResult Group::advance(double h) {
   }
   const auto is_good = [&](std::size_t i, const StageResult& result) {
     all.converged = result.converged;
-    all.reason = result.converged ? "" : heading(i) + result.reason;
+    all.reason = result.converged ? "" : heading_of(plan_.names[i]) + result.reason;
     return result.converged;
   };
   const std::vector<std::size_t> present = this->present();

@@ -38,7 +38,6 @@ class Group {
   std::vector<std::size_t> present() const;
   std::vector<Object*> touching() const;
   Equilibrium* equilibrium();
-  std::string heading(std::size_t i) const { return heading_of(plan_.names[i]); }
 
   GroupPlan plan_;
   std::vector<Object*> objects_;
