@@ -194,8 +194,6 @@ Material::Law Material::law_named(const std::string& name) {
 
 SmallStrainModuli small_strain_moduli(const Material& material) { return law_of(material).moduli(material); }
 
-double poisson_ratio(const SmallStrainModuli& moduli) { return moduli.lambda / (2 * (moduli.lambda + moduli.shear)); }
-
 EnergyDensity energy_density(const Material& material, double t, double d, double c) {
   EnergyDensity psi;
   law_of(material).add_energy(material, t, d, c, psi);

@@ -89,10 +89,10 @@ WallBending::WallBending(const PrismElements& elements, const Projectors& projec
       beyond_(stencils_.reach, 3) {
   const Wall& wall = elements.wall();
   for (std::size_t e = 0; e < wall.rest.size(); ++e) {
-    const SmallStrainModuli moduli = small_strain_moduli(wall.material_of(e));
-    const double poisson = wall.rule == ThicknessRule::incompressible ? 0.5 : poisson_ratio(moduli);
+    const auto [mu, lambda] = small_strain_moduli(wall.material_of(e));
+    const double poisson = wall.rule == ThicknessRule::incompressible ? 0.5 : lambda / (2 * (lambda + mu));
     poisson_.push_back(poisson);
-    stiffness_.push_back(moduli.shear / (6 * (1 - poisson)));
+    stiffness_.push_back(mu / (6 * (1 - poisson)));
   }
   for (const PlateStencil& stencil : stencils_.stencils) {
     most_points_ = std::max(most_points_, static_cast<Eigen::Index>(stencil.last - stencil.first));

@@ -18,14 +18,6 @@ std::vector<FramePart> parts_of(const World& world) {
   return parts;
 }
 
-std::vector<FramePart> parts_of(const std::vector<BodyDrawing>& bodies) {
-  std::vector<FramePart> parts;
-  for (const BodyDrawing& body : bodies) {
-    parts.push_back(body.part);
-  }
-  return parts;
-}
-
 }  // namespace
 
 std::vector<BodyDrawing> drawings_of_bodies(MPI_Comm comm, const std::deque<NamedOptions>& objects) {
@@ -59,7 +51,7 @@ WorldOutput::WorldOutput(World& world, OutputFolder& folder, Console& console, c
     : world_(world),
       console_(console),
       bodies_(std::move(bodies)),
-      writer_(folder, options, parts_of(world), parts_of(bodies_)),
+      writer_(folder, options, parts_of(world), {bodies_.begin(), bodies_.end()}),
       fields_are_to_be_checked_(!options.fields.empty()) {
   std::vector<bool> is_coupled(world.objects().size(), false);
   for (const std::unique_ptr<Group>& group : world.groups()) {

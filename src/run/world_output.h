@@ -20,8 +20,7 @@ namespace pellicle {
 inline namespace run {
 
 /// A body or a ball of heat as frames show it.
-struct BodyDrawing {
-  FramePart part;  ///< "ball", "heat_flame", of an object "heat_paper_flame"
+struct BodyDrawing : FramePart {  // "ball", "heat_flame", of an object "heat_paper_flame"
   Shape shape;
   RigidMotion motion;
   double from = 0;                                      ///< time at which it appears [s]
