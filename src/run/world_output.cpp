@@ -99,7 +99,6 @@ void WorldOutput::check_chosen_fields() {
           known.push_back(name);
         }
       }
-      return false;
     });
   }
   writer_.require_chosen_fields(known);
@@ -123,7 +122,6 @@ void WorldOutput::draw() {
         draw_bodies();
         writer_.complete(time(), step());
       }
-      return true;
     });
     tables_[i]->add_frame();
   }
@@ -155,7 +153,6 @@ std::string WorldOutput::draw_failed(double h) {
     object.draw([&](Frame frame) {
       frame.time = start + h;
       writer.write(i, frame);
-      return false;
     });
   }
   writer.complete(start + h, step());

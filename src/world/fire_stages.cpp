@@ -175,7 +175,7 @@ void AblationStage::remove_bare_particles(double time) {
 
 void AblationStage::draw(Picture& picture) const {
   picture.cut(cut_surface(surface_, fields_.active, level_set(surface_, fields_.mass, options_.ablation.loss_mass)));
-  picture.add_on_particles("mass_ratio", mass_ratios(surface_, fields_.mass), 1, surface_.has_quads());
+  picture.add_on_particles("mass_ratio", mass_ratios(surface_, fields_.mass), surface_.has_quads());
   const Pieces& pieces = fields_.pieces;
   const std::vector<double> masses = piece_masses(pieces, surface_, fields_.mass);
   const auto per_element = static_cast<std::size_t>(surface_.triangles_per_element);

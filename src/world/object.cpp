@@ -315,13 +315,13 @@ void Object::find_end() {
   ended_ = is_gone() ? chain_->words_of_end() : stages_.gas != nullptr ? stages_.gas->open_wall(can_crack()) : "";
 }
 
-bool Object::draw(const FrameSink& write) {
+void Object::draw(const std::function<void(const Frame&)>& write) {
   const auto timer = clock_.time("output");
   Picture picture;
   for (const std::unique_ptr<Stage>& stage : stages_.all) {
     stage->draw(picture);
   }
-  return write(picture.frame(*surface_, *state_, whole_));
+  write(picture.frame(*surface_, *state_, whole_));
 }
 
 Report Object::report(int retries, bool contact_apart) const {

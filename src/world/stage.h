@@ -91,10 +91,9 @@ class Picture {
   void cut(DrawnSurface drawn) { cut_ = std::move(drawn); }
   /// The part of the surface that is drawn; null: all of it.
   const DrawnSurface* drawn() const { return cut_ ? &*cut_ : nullptr; }
-  /// Adds a field on the particles. @param values (components x local)
-  void add_on_particles(const std::string& name, std::vector<double> values, int components = 1,
-                        bool is_of_both_layers = false) {
-    frame_.particle_fields.push_back({name, components, keep(std::move(values)), is_of_both_layers});
+  /// Adds a field on the particles. @param values of the local ones
+  void add_on_particles(const std::string& name, std::vector<double> values, bool is_of_both_layers = false) {
+    frame_.particle_fields.push_back({name, 1, keep(std::move(values)), is_of_both_layers});
   }
   /// Adds a field on the elements. @param values (components x local)
   void add_on_cells(const std::string& name, std::vector<double> values, int components = 1) {
