@@ -119,12 +119,9 @@ void mesh_only(MPI_Comm comm, const RunPlan& plan, RunRecord record) {
   std::vector<LoadedMesh> meshes;
   std::vector<FramePart> parts;
   for (const NamedOptions& object : objects) {
-    const std::string heading = heading_of(object.name);
-    meshes.push_back(about_object(heading, [&] { return load_mesh(comm, object.options); }));
+    meshes.push_back(about_object(object.name, [&] { return load_mesh(comm, object.options); }));
     parts.push_back({object.name, key_of(object.name)});
-    for (const std::string& line : meshes.back().lines) {
-      record.mesh.push_back(heading + line);
-    }
+    add_lines(record.mesh, object.name, meshes.back().lines);
   }
   for (const std::string& line : record.mesh) {
     console.tell(line);

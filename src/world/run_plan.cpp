@@ -190,7 +190,7 @@ GroupPlan plan_of(const std::string& name, const Options& options, std::size_t p
 
 RunPlan plan_run(std::deque<NamedOptions> objects) {
   for (const NamedOptions& object : objects) {
-    about_object(heading_of(object.name), [&object] { require_possible(object.options); });
+    about_object(object.name, [&object] { require_possible(object.options); });
   }
   share_links(objects);
   RunPlan plan;

@@ -57,14 +57,21 @@ inline std::string heading_of(const std::string& object) { return object.empty()
 /// The key of an object in a deck: "objects.cloth"; "" of one without a name.
 inline std::string key_of(const std::string& object) { return object.empty() ? "" : "objects." + object; }
 
+/// Adds lines about an object, with its name before each.
+inline void add_lines(std::vector<std::string>& lines, const std::string& object,
+                      const std::vector<std::string>& of_object) {
+  for (const std::string& line : of_object) {
+    lines.push_back(heading_of(object) + line);
+  }
+}
+
 /// Runs `work` on behalf of an object. @throws Error as `work` does, with the object's name before it
-/// @param heading see heading_of
 template <class Work>
-auto about_object(const std::string& heading, const Work& work) {
+auto about_object(const std::string& object, const Work& work) {
   try {
     return work();
   } catch (const Error& error) {
-    throw Error(heading + error.what());
+    throw Error(heading_of(object) + error.what());
   }
 }
 

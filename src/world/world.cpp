@@ -14,7 +14,7 @@ namespace {
 std::vector<std::unique_ptr<Object>> objects_of(MPI_Comm comm, const RunPlan& plan) {
   std::vector<std::unique_ptr<Object>> objects;
   for (const auto& [name, options] : plan.objects) {
-    objects.push_back(about_object(heading_of(name), [&, &name = name, &options = options] {
+    objects.push_back(about_object(name, [&, &name = name, &options = options] {
       return std::make_unique<Object>(name, options, comm, load_mesh(comm, options).rows);
     }));
   }
@@ -26,9 +26,7 @@ std::vector<std::string> lines_of(const std::vector<std::unique_ptr<Object>>& ob
                                   std::vector<std::string> (Object::*of_object)() const) {
   std::vector<std::string> lines;
   for (const std::unique_ptr<Object>& object : objects) {
-    for (const std::string& line : (*object.*of_object)()) {
-      lines.push_back(heading_of(object->name()) + line);
-    }
+    add_lines(lines, object->name(), (*object.*of_object)());
   }
   return lines;
 }
