@@ -41,6 +41,10 @@ struct State : FieldRegistry {
   /// (set_burnable). Collective. @param chambers their number
   State(const Surface& surface, const Options& options, int chambers);
   using FieldRegistry::operator=;
+  State& operator=(const State& other) {
+    FieldRegistry::operator=(other);
+    return *this;
+  }
 
   double& time = add<double>({"time", "s", Item::object});
   PetscInt& step = add<PetscInt>({"step", "", Item::object});             ///< accepted steps
