@@ -4,7 +4,7 @@
 
 #include <limits>
 
-namespace pellicle::non_finite_test {
+namespace pellicle::state_checks_test {
 namespace {
 
 TEST(NonFinite, TheFirstOfAnyRankIsNamedOnAll) {
@@ -61,4 +61,4 @@ TEST(NonFinite, WhatIsNotFiniteBecomesZero) {
 }
 
 }  // namespace
-}  // namespace pellicle::non_finite_test
+}  // namespace pellicle::state_checks_test
