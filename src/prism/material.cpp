@@ -21,7 +21,8 @@ void add_volumetric(double k, double lambda, double d, double c, EnergyDensity& 
   psi.hessian[1][2] += curvature / (d * c);
 }
 
-void add_st_venant_kirchhoff(double mu, double lambda, double t, double d, double c, EnergyDensity& psi) {
+void add_st_venant_kirchhoff(const Material& material, double t, double d, double c, EnergyDensity& psi) {
+  const double mu = material.mu, lambda = material.lambda;
   const double trace = (t + c - 3) / 2;                                                 // tr E
   const double square = ((t - 2) * (t - 2) + 2 * (t - 1 - d) + (c - 1) * (c - 1)) / 4;  // E : E
   psi.value += mu * square + lambda / 2 * trace * trace;
@@ -33,18 +34,22 @@ void add_st_venant_kirchhoff(double mu, double lambda, double t, double d, doubl
   psi.hessian[2][2] += mu / 2 + lambda / 4;
 }
 
-void add_neo_hookean(double mu, double t, double c, EnergyDensity& psi) {
+void add_neo_hookean(const Material& material, double t, double d, double c, EnergyDensity& psi) {
+  const double mu = material.mu;
   psi.value += mu / 2 * (t + c - 3);
   psi.gradient[0] += mu / 2;
   psi.gradient[2] += mu / 2;
+  add_volumetric(mu / 2, material.lambda, d, c, psi);
 }
 
-void add_mooney_rivlin(double c1, double c2, double t, double d, double c, EnergyDensity& psi) {
+void add_mooney_rivlin(const Material& material, double t, double d, double c, EnergyDensity& psi) {
+  const double c1 = material.c1, c2 = material.c2;
   psi.value += c1 * (t + c - 3) + c2 * (d + c * t - 3);
   psi.gradient[0] += c1 + c2 * c;
   psi.gradient[1] += c2;
   psi.gradient[2] += c1 + c2 * t;
   psi.hessian[0][2] += c2;
+  add_volumetric(c1 + 2 * c2, material.lambda, d, c, psi);
 }
 
 /// The even part h(y) = ((1 + z)^b + (1 - z)^b)/2 with y = z^2, and its derivatives by y.
@@ -95,6 +100,7 @@ void add_ogden(const Material& material, double t, double d, double c, EnergyDen
   const double log_plus = nearly_equal ? 0 : std::log1p(z);
   const double log_minus = nearly_equal ? 0 : std::log(rest / (1 + z));
   const double log_mean = std::log(t / 2), log_c = std::log(c);
+  double half_mu = 0;  // of all terms
   for (std::size_t k = 0; k < material.ogden_alpha.size(); ++k) {
     const double b = material.ogden_alpha[k] / 2;
     const EvenPower h = nearly_equal ? even_power_series(b, y) : even_power(b, z, log_plus, log_minus);
@@ -110,15 +116,9 @@ void add_ogden(const Material& material, double t, double d, double c, EnergyDen
     psi.hessian[0][1] += sum / (t * t * t) * ((8 - 4 * b) * h.first - 8 * rest * h.second);
     psi.hessian[1][1] += 16 * sum / (t * t * t * t) * h.second;
     psi.hessian[2][2] += scale * b * (b - 1) * c_power / (c * c);
+    half_mu += material.ogden_mu[k] / 2;
   }
-}
-
-double sum_of_halves(const std::vector<double>& numbers) {
-  double sum = 0;
-  for (const double number : numbers) {
-    sum += number / 2;
-  }
-  return sum;
+  add_volumetric(half_mu, material.lambda, d, c, psi);
 }
 
 SmallStrainModuli moduli_of_lame(const Material& material) { return {material.mu, material.lambda}; }
@@ -135,19 +135,14 @@ const std::vector<MaterialLaw>& material_laws() {
        true,
        "",
        moduli_of_lame,
-       [](const Material& m, double t, double d, double c, EnergyDensity& psi) {
-         add_st_venant_kirchhoff(m.mu, m.lambda, t, d, c, psi);
-       },
+       add_st_venant_kirchhoff,
        [](const Material&) { return 36; }},
       {"neo_hookean",
        {MaterialConstant::mu},
        false,
        "",
        moduli_of_lame,
-       [](const Material& m, double t, double d, double c, EnergyDensity& psi) {
-         add_neo_hookean(m.mu, t, c, psi);
-         add_volumetric(m.mu / 2, m.lambda, d, c, psi);
-       },
+       add_neo_hookean,
        [](const Material&) { return 8 + volumetric_flops; }},
       {"mooney_rivlin",
        {MaterialConstant::c1, MaterialConstant::c2},
@@ -156,10 +151,7 @@ const std::vector<MaterialLaw>& material_laws() {
        [](const Material& m) {
          return SmallStrainModuli{2 * (m.c1 + m.c2), m.lambda + 4 * m.c2};
        },
-       [](const Material& m, double t, double d, double c, EnergyDensity& psi) {
-         add_mooney_rivlin(m.c1, m.c2, t, d, c, psi);
-         add_volumetric(m.c1 + 2 * m.c2, m.lambda, d, c, psi);
-       },
+       add_mooney_rivlin,
        [](const Material&) { return 19 + volumetric_flops; }},
       {"ogden",
        {MaterialConstant::ogden},
@@ -172,10 +164,7 @@ const std::vector<MaterialLaw>& material_laws() {
          }
          return SmallStrainModuli{shear, m.lambda};
        },
-       [](const Material& m, double t, double d, double c, EnergyDensity& psi) {
-         add_ogden(m, t, d, c, psi);
-         add_volumetric(sum_of_halves(m.ogden_mu), m.lambda, d, c, psi);
-       },
+       add_ogden,
        [](const Material& m) {  // in closed form, and 2 a term for the sum of the moduli
          return 13 + (91 + 2) * static_cast<int>(m.ogden_alpha.size()) + volumetric_flops;
        }}};
@@ -204,8 +193,6 @@ Material::Law Material::law_named(const std::string& name) {
 }
 
 SmallStrainModuli small_strain_moduli(const Material& material) { return law_of(material).moduli(material); }
-
-double poisson_ratio(const SmallStrainModuli& moduli) { return moduli.lambda / (2 * (moduli.lambda + moduli.shear)); }
 
 EnergyDensity energy_density(const Material& material, double t, double d, double c) {
   EnergyDensity psi;

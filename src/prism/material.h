@@ -66,9 +66,6 @@ inline const MaterialLaw& law_of(const Material& material) {
   return material_laws()[static_cast<std::size_t>(material.law)];
 }
 
-/// nu = lambda / (2 (lambda + mu)).
-double poisson_ratio(const SmallStrainModuli& moduli);
-
 /// psi and its derivatives by (t, d, c), in this order.
 struct EnergyDensity {
   double value = 0;           ///< psi [Pa]

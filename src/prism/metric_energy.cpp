@@ -7,33 +7,44 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <utility>
 
 namespace pellicle {
 inline namespace prism {
 
 namespace {
 
-/// c with dpsi/dc = 0 at a minimum of psi: Newton's method in ln c, kept inside the bracket found so far. NaN
-/// without convergence.
-double balanced_c(const Material& material, double t, double d, double start) {
-  constexpr double longest_step = 1;  // of ln c
-  double lower = 0, upper = std::numeric_limits<double>::infinity();
-  double c = start > 0 ? start : 1;
+/// A number above 0 at which a derivative vanishes at a minimum: Newton's method in its logarithm, kept inside the
+/// bracket found so far. NaN without convergence.
+/// @param upper bound of the number @param derivatives gives the first and the second derivative at a number
+template <class Function>
+double minimum(double start, double upper, const Function& derivatives) {
+  constexpr double longest_step = 1;  // of the logarithm
+  double lower = 0;
+  double at = start;
   for (int iteration = 0; iteration < 100; ++iteration) {
-    const EnergyDensity psi = energy_density(material, t, d, c);
-    const double slope = psi.gradient[2] * c;  // by ln c
-    const double curvature = psi.hessian[2][2] * c * c + slope;
-    (slope > 0 ? upper : lower) = c;
+    const auto [first, second] = derivatives(at);
+    const double slope = first * at;  // by the logarithm
+    const double curvature = second * at * at + slope;
+    (slope > 0 ? upper : lower) = at;
     double step = curvature > 0 ? -slope / curvature : (slope > 0 ? -longest_step : longest_step);
     const bool converged = std::abs(step) < 1e-8;  // quadratic: what is left after it is rounding
     step = std::min(std::max(step, -longest_step), longest_step);
-    const double next = c * std::exp(step);
+    const double next = at * std::exp(step);
     if (converged) {
       return next;
     }
-    c = next > lower && next < upper ? next : std::sqrt(lower * upper);
+    at = next > lower && next < upper ? next : std::sqrt(std::max(lower, 1e-12 * upper) * upper);
   }
   return std::numeric_limits<double>::quiet_NaN();
+}
+
+/// c with dpsi/dc = 0 at a minimum of psi. NaN without convergence.
+double balanced_c(const Material& material, double t, double d, double start) {
+  return minimum(start > 0 ? start : 1, std::numeric_limits<double>::infinity(), [&](double c) {
+    const EnergyDensity psi = energy_density(material, t, d, c);
+    return std::pair(psi.gradient[2], psi.hessian[2][2]);
+  });
 }
 
 /// psi and its derivatives by (t, d) alone, c eliminated.
@@ -85,29 +96,12 @@ PrincipalDensity principal_density(const InPlaneDensity& psi, double x, double y
           psi.tt + psi.td * (x + y) + psi.dd * x * y + psi.d, psi.tt + 2 * psi.td * x + psi.dd * x * x};
 }
 
-/// y at which f_y = 0 for an x > 1: Newton's method in ln y, kept inside the bracket found so far. NaN without
-/// convergence.
+/// y at which f_y = 0 for an x > 1. NaN without convergence.
 double natural_width(const Material& material, ThicknessRule rule, double x, double given) {
-  constexpr double longest_step = 1;  // of ln y
-  double lower = 0;
-  double upper = x;
-  double y = 1 / std::sqrt(x);
-  for (int iteration = 0; iteration < 100; ++iteration) {
-    const InPlaneState state = in_plane_state(material, rule, x + y, x * y, given);
-    const PrincipalDensity f = principal_density(state.psi, x, y);
-    const double slope = f.y * y;  // by ln y
-    const double curvature = f.yy * y * y + slope;
-    (slope > 0 ? upper : lower) = y;
-    double step = curvature > 0 ? -slope / curvature : (slope > 0 ? -longest_step : longest_step);
-    const bool converged = std::abs(step) < 1e-8;  // quadratic: what is left after it is rounding
-    step = std::min(std::max(step, -longest_step), longest_step);
-    const double next = y * std::exp(step);
-    if (converged) {
-      return next;
-    }
-    y = next > lower && next < upper ? next : std::sqrt(std::max(lower, 1e-12 * upper) * upper);
-  }
-  return std::numeric_limits<double>::quiet_NaN();
+  return minimum(1 / std::sqrt(x), x, [&](double y) {
+    const PrincipalDensity f = principal_density(in_plane_state(material, rule, x + y, x * y, given).psi, x, y);
+    return std::pair(f.y, f.yy);
+  });
 }
 
 /// The relaxed energy of a wrinkled or slack wall; none if the wall is taut.
@@ -124,11 +118,8 @@ std::optional<MetricEnergy> relaxed(const Material& material, ThicknessRule rule
   if (here.y >= -rounding * std::abs(here.yy) || (x > 1 && radius < rounding)) {
     return std::nullopt;
   }
-  MetricEnergy result;
-  result.gradient.setZero();
-  result.hessian.setZero();
   if (x <= 1) {
-    return result;
+    return MetricEnergy{0, Eigen::Vector3d::Zero(), Eigen::Matrix3d::Zero()};
   }
   const double y = natural_width(material, rule, x, given);
   const InPlaneState natural = in_plane_state(material, rule, x + y, x * y, given);
@@ -141,20 +132,24 @@ std::optional<MetricEnergy> relaxed(const Material& material, ThicknessRule rule
   const double root = std::sqrt(2.0);
   const Eigen::Vector3d along = map.transpose() * Eigen::Vector3d((1 + cos2) / 2, (1 - cos2) / 2, sin2 / root);
   const Eigen::Vector3d across = map.transpose() * Eigen::Vector3d(-sin2 / 2, sin2 / 2, cos2 / root);
-  result.energy = rest.volume * natural.psi.value;
-  result.gradient = rest.volume * slope * along;
-  result.hessian = rest.volume * (curvature * along * along.transpose() + slope / radius * across * across.transpose());
-  result.thickness_ratio = std::sqrt(natural.c);
-  return result;
+  return MetricEnergy{
+      rest.volume * natural.psi.value, rest.volume * slope * along,
+      rest.volume * (curvature * along * along.transpose() + slope / radius * across * across.transpose()),
+      std::sqrt(natural.c)};
 }
 
 MetricEnergy collapsed() {
-  MetricEnergy result;
-  result.energy = std::numeric_limits<double>::infinity();
-  result.gradient.setConstant(std::numeric_limits<double>::quiet_NaN());
-  result.hessian.setConstant(std::numeric_limits<double>::quiet_NaN());
-  result.thickness_ratio = std::numeric_limits<double>::quiet_NaN();
-  return result;
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  return {std::numeric_limits<double>::infinity(), Eigen::Vector3d::Constant(nan), Eigen::Matrix3d::Constant(nan), nan};
+}
+
+/// Eigenvalues of a 2x2 matrix with real eigenvalues, the larger first.
+Eigen::Vector2d eigenvalues(const Eigen::Matrix2d& matrix) {
+  const double mean = matrix.trace() / 2;
+  // Not from the determinant: for nearly equal eigenvalues only rounding would be left.
+  const double half = (matrix(0, 0) - matrix(1, 1)) / 2;
+  const double radius = std::sqrt(std::max(0.0, half * half + matrix(0, 1) * matrix(1, 0)));
+  return {mean + radius, mean - radius};
 }
 
 bool is_positive(const Eigen::Matrix3d& m) {
@@ -165,11 +160,9 @@ bool is_positive(const Eigen::Matrix3d& m) {
 
 RestMetric rest_metric(const Eigen::Vector3d& e12, const Eigen::Vector3d& e13, double thickness) {
   const double twice_area = e12.cross(e13).norm();
-  RestMetric rest;
-  rest.inverse = Eigen::Vector3d(e13.dot(e13), -e12.dot(e13), e12.dot(e12)) / (twice_area * twice_area);
-  rest.area = twice_area / 2;
-  rest.volume = rest.area * thickness;
-  return rest;
+  const double area = twice_area / 2;
+  return {Eigen::Vector3d(e13.dot(e13), -e12.dot(e13), e12.dot(e12)) / (twice_area * twice_area), area,
+          area * thickness};
 }
 
 Eigen::Matrix2d inverse_edges(const RestMetric& rest) {
@@ -256,8 +249,8 @@ int metric_energy_flops(const Material& material, ThicknessRule rule, Derivative
   return arguments + energy_density_flops(material) + elimination + derivatives;
 }
 
-MetricTangent positive_part(const MetricEnergy& energy, const RestMetric& rest) {
-  MetricTangent result{energy.gradient, energy.hessian};
+MetricEnergy positive_part(const MetricEnergy& energy, const RestMetric& rest) {
+  MetricEnergy result = energy;
 
   // The gradient as a symmetric matrix G is V/2 D^-1 S D^-T, D the undeformed edges: positive where S is, in any axes.
   const Eigen::Vector3d& g = energy.gradient;
@@ -285,6 +278,28 @@ MetricTangent positive_part(const MetricEnergy& energy, const RestMetric& rest) 
     result.hessian = axes * stiffness.eigenvalues().cwiseMax(0).asDiagonal() * axes.transpose();
   }
   return result;
+}
+
+PrincipalState principal_state(const Material& material, ThicknessRule rule, const RestMetric& rest,
+                               const Eigen::Vector3d& e12, const Eigen::Vector3d& e13, double thickness_ratio) {
+  const Eigen::Vector3d a = metric(e12, e13);
+  const MetricEnergy state = metric_energy(material, rule, rest, a, thickness_ratio);
+  const Eigen::Matrix2d deformed{{a[0], a[1]}, {a[1], a[2]}};
+  const Eigen::Matrix2d inverse{{rest.inverse[0], rest.inverse[1]}, {rest.inverse[1], rest.inverse[2]}};
+  // dU = S:dE V0 with E = (a - a0)/2, S by the undeformed edges; sigma = S a / J in mixed components.
+  const Eigen::Matrix2d stress{{2 * state.gradient[0], state.gradient[1]}, {state.gradient[1], 2 * state.gradient[2]}};
+  const double present_volume =
+      rest.volume / rest.area * e12.cross(e13).norm() / 2 * state.thickness_ratio;  // of the prism
+  return {eigenvalues(inverse * deformed).cwiseSqrt(), eigenvalues(stress * deformed / present_volume)};
+}
+
+Eigen::Matrix3d tension(const Eigen::Vector3d& gradient, const Eigen::Vector3d& e12, const Eigen::Vector3d& e13) {
+  // N:d A = dU of a small strain d, by which the metric e_a.e_b changes by 2 e_a.d e_b.
+  const Eigen::Matrix3d shear = gradient[1] * e12 * e13.transpose();
+  const double area = e12.cross(e13).norm() / 2;
+  return (2 * gradient[0] * e12 * e12.transpose() + shear + shear.transpose() +
+          2 * gradient[2] * e13 * e13.transpose()) /
+         area;
 }
 
 }  // namespace prism

@@ -71,16 +71,26 @@ MetricEnergy metric_energy(const Material& material, ThicknessRule rule, const R
 /// plane_stress are left out.
 int metric_energy_flops(const Material& material, ThicknessRule rule, Derivatives order);
 
-/// Gradient and Hessian by a for an element matrix, exact or their positive part.
-struct MetricTangent {
-  Eigen::Vector3d gradient;  ///< [J/m^2]
-  Eigen::Matrix3d hessian;   ///< [J/m^4], symmetric
+/// The energy with that part of its derivatives that keeps every element positive semi-definite: the geometric
+/// stiffness uses the gradient without compressive principal stresses (second Piola-Kirchhoff), and the Hessian, as
+/// stiffness in orthonormal undeformed axes, has no negative eigenvalues. Without compression and negative eigenvalues
+/// it is the exact tangent.
+MetricEnergy positive_part(const MetricEnergy& energy, const RestMetric& rest);
+
+/// Principal stretches and stresses of an element, the larger stretch first.
+struct PrincipalState {
+  Eigen::Vector2d stretch;  ///< length over undeformed length
+  Eigen::Vector2d stress;   ///< Cauchy stress in the plane of the wall [Pa]
 };
 
-/// The part of the tangent that keeps every element positive semi-definite: the geometric stiffness uses the gradient
-/// without compressive principal stresses (second Piola-Kirchhoff), and the Hessian, as stiffness in orthonormal
-/// undeformed axes, has no negative eigenvalues. Without compression and negative eigenvalues it is the exact tangent.
-MetricTangent positive_part(const MetricEnergy& energy, const RestMetric& rest);
+/// @param e12, e13 deformed edges [m]
+/// @param thickness_ratio h/h0, as for metric_energy
+PrincipalState principal_state(const Material& material, ThicknessRule rule, const RestMetric& rest,
+                               const Eigen::Vector3d& e12, const Eigen::Vector3d& e13, double thickness_ratio);
+
+/// Cauchy stress times present thickness [N/m].
+/// @param gradient of the elastic energy by the metric (MetricEnergy) [N]
+Eigen::Matrix3d tension(const Eigen::Vector3d& gradient, const Eigen::Vector3d& e12, const Eigen::Vector3d& e13);
 
 }  // namespace prism
 }  // namespace pellicle

@@ -171,10 +171,9 @@ void MetricStiffness::update(const Field& positions, const std::vector<double>& 
       batch.e12[c][lane] = e12[c];
       batch.e13[c][lane] = e13[c];
     }
-    const MetricEnergy energy = elements_->element_energy(e, positions, thickness_ratio[e], Derivatives::second);
-    MetricTangent tangent{energy.gradient, energy.hessian};
+    MetricEnergy tangent = elements_->element_energy(e, positions, thickness_ratio[e], Derivatives::second);
     if (left_out_ > 0) {
-      const MetricTangent positive = positive_part(energy, elements_->rest(e));
+      const MetricEnergy positive = positive_part(tangent, elements_->rest(e));
       tangent.gradient = (1 - left_out_) * tangent.gradient + left_out_ * positive.gradient;
       tangent.hessian = (1 - left_out_) * tangent.hessian + left_out_ * positive.hessian;
     }

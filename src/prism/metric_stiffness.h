@@ -3,7 +3,6 @@
 #include <cstddef>
 #include <vector>
 
-#include "prism/element_stiffness.h"
 #include "prism/prism_elements.h"
 
 namespace pellicle {

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <map>
 #include <vector>
 
 #include "geometry/projectors.h"
@@ -53,62 +52,22 @@ struct PlateCorner {
 /// The stencils of a wall, at the vertices that have one: those that triangles surround, if their points determine the
 /// curvature (do not all lie on a conic through the vertex), and at the wall's edge those that are clamped or in a
 /// plane of symmetry perpendicular to the wall. Other edges are free of moments.
-class PlateStencils {
- public:
-  /// Collective. The membrane must outlive the stencils.
-  /// @param projectors on the directions in which each local vertex may move
-  /// @param clamped local vertices that keep their tangent plane at an edge
-  PlateStencils(const Membrane& membrane, const Projectors& projectors, const std::vector<bool>& clamped);
-
+struct PlateStencils {
   /// The vertices of the membrane, with further vertices of stencils that contain vertices of this rank as additional
   /// ghosts.
-  const Layout& reach() const { return reach_; }
-  /// Whether any rank has such further ghosts.
-  bool goes_beyond() const { return goes_beyond_; }
-  /// The stencils of owned vertices, then those of other vertices with an owned vertex among their points.
-  const std::vector<PlateStencil>& stencils() const { return stencils_; }
-  /// Number of stencils of owned vertices.
-  std::size_t owned() const { return owned_; }
-  /// Points of all stencils: vertices of reach().
-  const std::vector<PetscInt>& points() const { return points_; }
-  /// w of each point; their sum over a stencil is 0 [1/m^2].
-  const std::vector<PlateCurvature>& weights() const { return weights_; }
-  /// The triangles round the vertex of stencil s, one of the owned, are the corners from corner_offsets()[s].
-  const std::vector<PlateCorner>& corners() const { return corners_; }
-  const std::vector<std::size_t>& corner_offsets() const { return corner_offsets_; }
-
- private:
-  /// A triangle at a vertex: its two other vertices, in the triangle's sense, by global numbers.
-  struct Wedge {
-    PetscInt next;
-    PetscInt previous;
-    PetscInt element;  ///< local, or -1
-  };
-  /// The points of a stencil by global numbers.
-  struct Fan {
-    PetscInt centre = 0;
-    std::vector<PetscInt> ring;
-    std::vector<PetscInt> beyond;
-    bool is_closed = true;
-  };
-  static Fan fan_of(std::vector<Wedge> wedges);
-  std::vector<Fan> fans(const Membrane& membrane, std::vector<std::vector<Wedge>>& wedges);
-  bool add(const Fan& fan, const Eigen::Matrix3d& projector, bool is_clamped, const Eigen::Matrix3Xd& rest);
-  void add_corners(const PlateStencil& stencil, const std::vector<Wedge>& wedges, const Eigen::Matrix3Xd& rest);
-  PetscInt number(PetscInt global) const;
-  bool fit(PlateStencil& stencil, const Eigen::Matrix3Xd& rest);
-
-  Layout reach_;
-  bool goes_beyond_ = false;
-  std::map<PetscInt, PetscInt> ghosts_;  ///< local number in `reach_` of each global ghost
-  std::vector<PlateStencil> stencils_;
-  std::size_t owned_ = 0;
-  std::vector<PetscInt> points_;
-  std::vector<PlateCurvature> weights_;
-  std::vector<PlateCorner> corners_;
-  std::vector<std::size_t> corner_offsets_{0};
-  Eigen::Matrix<double, 3, 2> axes_;  ///< of the stencil that was fitted last
+  Layout reach;
+  bool goes_beyond = false;             ///< whether any rank has such further ghosts
+  std::vector<PlateStencil> stencils;   ///< of owned vertices, then of others with an owned vertex among their points
+  std::size_t owned = 0;                ///< stencils of owned vertices
+  std::vector<PetscInt> points;         ///< of all stencils: vertices of `reach`
+  std::vector<PlateCurvature> weights;  ///< w of each point; their sum over a stencil is 0 [1/m^2]
+  std::vector<std::vector<PlateCorner>> corners;  ///< the triangles round the vertex of each owned stencil
 };
+
+/// Collective. The membrane must outlive the stencils.
+/// @param projectors on the directions in which each local vertex may move
+/// @param clamped local vertices that keep their tangent plane at an edge
+PlateStencils plate_stencils(const Membrane& membrane, const Projectors& projectors, const std::vector<bool>& clamped);
 
 }  // namespace prism
 }  // namespace pellicle

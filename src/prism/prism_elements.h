@@ -3,9 +3,10 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "energies/potential.h"
 #include "parallel/field.h"
+#include "prism/metric_energy.h"
 #include "prism/wall.h"
-#include "prism/wall_stress.h"
 
 namespace pellicle {
 inline namespace prism {
@@ -67,6 +68,24 @@ class PrismElements {
   double tangent_flops_ = 0;       ///< with second derivatives, of the local elements
   std::vector<double> stiffness_;  ///< of the local elements, or empty for 1
   std::vector<RestMetric> rest_;   ///< of the local elements, or empty for the wall's
+};
+
+/// Interface of the stiffness K = d2U/dx2 of the local elements and of the pressure load on them, at given positions.
+/// No communication.
+class ElementStiffness {
+ public:
+  virtual ~ElementStiffness() = default;
+
+  /// Evaluates the stiffness at positions with ghosts up to date.
+  /// @param pressure on the local elements, whose load stiffness is included [Pa], or empty for none
+  virtual void update(const Field& positions, const std::vector<double>& thickness_ratio,
+                      const std::vector<double>& pressure) = 0;
+
+  /// Adds factor K w to `result`, both (3 x local); ghosts get only a part of their sum.
+  virtual void add_product(double factor, const double* w, double* result) const = 0;
+
+  /// Adds factor times the blocks of K, nine for each local element: corners (0, 0), (0, 1), ..., (2, 2) [N/m].
+  virtual void add_blocks(double factor, const HessianBlocks& blocks) const = 0;
 };
 
 }  // namespace prism

@@ -2,7 +2,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
 
 #include "base/units.h"
 #include "options/options.h"
@@ -55,88 +54,78 @@ VolumePreservation::VolumePreservation(const Membrane& membrane, const Wall& wal
       wall_(&wall),
       projectors_(&projectors),
       options_(options),
-      rule_(options.rule),
       piece_(membrane.particles.owned, 0) {
   std::vector<double> mass(piece_.size(), 0.0);
-  const std::size_t pieces = membrane.pieces();
-  std::vector<double> sums(3 * pieces, 0.0);  // volumes, inverse masses, vertices
-  for (std::size_t e = 0; e < membrane.triangles.size(); ++e) {
-    const std::size_t piece = membrane.piece[e];
+  Eigen::MatrixX3d sums = Eigen::MatrixX3d::Zero(membrane.pieces(), 3);
+  // A row a piece: volumes, inverse masses, vertices.
+  for (PetscInt e = 0; e < membrane.elements.local(); ++e) {
+    const int piece = membrane.piece[e];
     const double element_mass = wall.density[e] * wall.rest[e].volume;
     for (const PetscInt corner : membrane.triangles[e]) {
       if (corner < membrane.particles.owned) {
         mass[corner] += element_mass / 6;
-        piece_[corner] = membrane.piece[e];
+        piece_[corner] = piece;
       }
     }
     virtual_inverse_mass_.push_back(2 / element_mass);
-    if (static_cast<PetscInt>(e) < membrane.elements.owned) {
-      sums[piece] += wall.rest[e].volume;
-      sums[pieces + piece] += virtual_inverse_mass_[e];
-      sums[2 * pieces + piece] += 1;
+    if (e < membrane.elements.owned) {
+      sums.row(piece) += Eigen::RowVector3d(wall.rest[e].volume, virtual_inverse_mass_[e], 1);
     }
   }
   for (std::size_t i = 0; i < mass.size(); ++i) {
-    const std::size_t piece = piece_[i];
     inverse_mass_.push_back(1 / mass[i]);
-    sums[pieces + piece] += inverse_mass_[i];
-    sums[2 * pieces + piece] += 1;
+    sums.row(piece_[i]) += Eigen::RowVector3d(0, inverse_mass_[i], 1);
   }
   sum_over_ranks(membrane.comm(), sums);
-  for (std::size_t piece = 0; piece < pieces; ++piece) {
-    initial_volume_.push_back(sums[piece]);
-    mean_inverse_mass_.push_back(sums[pieces + piece] / sums[2 * pieces + piece]);
-  }
+  initial_volume_ = sums.col(0);
+  mean_inverse_mass_ = sums.col(1).cwiseQuotient(sums.col(2));
 }
 
 double VolumePreservation::factor(double inverse_mass, int piece) const {
-  if (rule_ == VolumeRule::mass) {
+  if (options_.rule == VolumeRule::mass) {
     return inverse_mass;
   }
   const double relative = inverse_mass / mean_inverse_mass_[piece];
-  return rule_ == VolumeRule::printed ? relative * inverse_mass : relative;
+  return options_.rule == VolumeRule::printed ? relative * inverse_mass : relative;
 }
 
 VolumePreservation::Constraint VolumePreservation::evaluate(const Field& positions,
                                                             const std::vector<double>& thickness_ratio) const {
   const Membrane& membrane = *membrane_;
-  const std::size_t pieces = initial_volume_.size();
-  const auto elements = static_cast<Eigen::Index>(membrane.triangles.size());
+  const PetscInt elements = membrane.elements.local();
   Constraint constraint;
   constraint.gradient = Eigen::Matrix3Xd::Zero(3, membrane.particles.owned);
   constraint.virtual_gradient.resize(3, elements);
   constraint.virtual_vertices.resize(3, elements);
-  std::vector<double> sums(2 * pieces, 0.0);  // volumes, squared norms of the gradients
-  const auto weight = [this](double inverse_mass) { return rule_ == VolumeRule::mass ? inverse_mass : 1.0; };
-  for (std::size_t e = 0; e < membrane.triangles.size(); ++e) {
+  // A row a piece: volumes, squared norms of the gradients.
+  Eigen::MatrixX2d sums = Eigen::MatrixX2d::Zero(initial_volume_.size(), 2);
+  const auto weight = [this](double inverse_mass) { return options_.rule == VolumeRule::mass ? inverse_mass : 1.0; };
+  for (PetscInt e = 0; e < elements; ++e) {
     const auto& corners = membrane.triangles[e];
     const auto [e12, e13] = edges_of(positions.data(), corners);
     const Eigen::Vector3d e14 = edge_to_virtual_vertex(e12, e13, thickness_ratio[e] * wall_->thickness[e]);
     const PrismVolume volume = prism_volume(e12, e13, e14);
-    for (std::size_t k = 0; k < 3; ++k) {
+    for (int k = 0; k < 3; ++k) {
       if (corners[k] < membrane.particles.owned) {
-        constraint.gradient.col(corners[k]) += volume.gradient.col(static_cast<Eigen::Index>(k));
+        constraint.gradient.col(corners[k]) += volume.gradient.col(k);
       }
     }
-    const auto column = static_cast<Eigen::Index>(e);
-    constraint.virtual_gradient.col(column) = volume.gradient.col(3);
-    constraint.virtual_vertices.col(column) = positions.vector(corners[0]) + e14;
-    if (static_cast<PetscInt>(e) < membrane.elements.owned) {
-      const std::size_t piece = membrane.piece[e];
-      sums[piece] += volume.value;
-      sums[pieces + piece] += weight(virtual_inverse_mass_[e]) * volume.gradient.col(3).squaredNorm();
+    constraint.virtual_gradient.col(e) = volume.gradient.col(3);
+    constraint.virtual_vertices.col(e) = positions.vector(corners[0]) + e14;
+    if (e < membrane.elements.owned) {
+      sums(membrane.piece[e], 0) += volume.value;
+      sums(membrane.piece[e], 1) += weight(virtual_inverse_mass_[e]) * volume.gradient.col(3).squaredNorm();
     }
   }
-  for (std::size_t i = 0; i < inverse_mass_.size(); ++i) {
-    auto gradient = constraint.gradient.col(static_cast<Eigen::Index>(i));
+  for (PetscInt i = 0; i < membrane.particles.owned; ++i) {
+    auto gradient = constraint.gradient.col(i);
     gradient = ((*projectors_)[i] * gradient).eval();
-    sums[pieces + static_cast<std::size_t>(piece_[i])] += weight(inverse_mass_[i]) * gradient.squaredNorm();
+    sums(piece_[i], 1) += weight(inverse_mass_[i]) * gradient.squaredNorm();
   }
   sum_over_ranks(membrane.comm(), sums);
-  for (std::size_t piece = 0; piece < pieces; ++piece) {
-    constraint.value.push_back(sums[piece] - initial_volume_[piece]);
-    constraint.squared_norm.push_back(sums[pieces + piece]);
-    const double error = std::abs(constraint.value[piece]) / initial_volume_[piece];
+  constraint.value = sums.col(0) - initial_volume_;
+  constraint.squared_norm = sums.col(1);
+  for (const double error : constraint.value.cwiseAbs().cwiseQuotient(initial_volume_).eval()) {
     // Not std::max, which would hide an error that is not a number.
     constraint.error = error <= constraint.error ? constraint.error : error;
   }
@@ -148,17 +137,15 @@ void VolumePreservation::correct(Field& positions, std::vector<double>& thicknes
   const auto multiplier = [&](int piece, double inverse_mass) {
     return factor(inverse_mass, piece) * constraint.value[piece] / constraint.squared_norm[piece];
   };
-  for (std::size_t i = 0; i < inverse_mass_.size(); ++i) {
-    const auto column = static_cast<Eigen::Index>(i);
-    positions.values().col(column) -= multiplier(piece_[i], inverse_mass_[i]) * constraint.gradient.col(column);
+  for (PetscInt i = 0; i < membrane_->particles.owned; ++i) {
+    positions.vector(i) -= multiplier(piece_[i], inverse_mass_[i]) * constraint.gradient.col(i);
   }
   positions.update_ghosts();
-  for (std::size_t e = 0; e < thickness_ratio.size(); ++e) {
+  for (PetscInt e = 0; e < membrane_->elements.local(); ++e) {
     const auto& corners = membrane_->triangles[e];
-    const auto column = static_cast<Eigen::Index>(e);
     const Eigen::Vector3d moved =
-        constraint.virtual_vertices.col(column) -
-        multiplier(membrane_->piece[e], virtual_inverse_mass_[e]) * constraint.virtual_gradient.col(column);
+        constraint.virtual_vertices.col(e) -
+        multiplier(membrane_->piece[e], virtual_inverse_mass_[e]) * constraint.virtual_gradient.col(e);
     const auto [e12, e13] = edges_of(positions.data(), corners);
     // The prism's volume over its area: the height of the virtual vertex.
     const double ratio = (moved - positions.vector(corners[0])).dot(e12.cross(e13).normalized()) / wall_->thickness[e];

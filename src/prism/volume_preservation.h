@@ -69,8 +69,8 @@ class VolumePreservation {
  private:
   /// The constraints, one for each piece, at given positions.
   struct Constraint {
-    std::vector<double> value;          ///< C [m^3]
-    std::vector<double> squared_norm;   ///< sum of |g|^2, with the weights of the rule
+    Eigen::VectorXd value;              ///< C [m^3]
+    Eigen::VectorXd squared_norm;       ///< sum of |g|^2, with the weights of the rule
     Eigen::Matrix3Xd gradient;          ///< by the owned vertices, where they may move [m^2]
     Eigen::Matrix3Xd virtual_gradient;  ///< by the virtual vertices of the local elements [m^2]
     Eigen::Matrix3Xd virtual_vertices;  ///< of the local elements [m]
@@ -86,12 +86,11 @@ class VolumePreservation {
   const Wall* wall_;
   const Projectors* projectors_;
   VolumeOptions options_;
-  VolumeRule rule_;
   std::vector<int> piece_;                    ///< of each owned vertex
   std::vector<double> inverse_mass_;          ///< w of each owned vertex [1/kg]
   std::vector<double> virtual_inverse_mass_;  ///< w of the virtual vertex of each local element [1/kg]
-  std::vector<double> initial_volume_;        ///< V0 of each piece [m^3]
-  std::vector<double> mean_inverse_mass_;     ///< of the vertices of each piece, virtual ones included [1/kg]
+  Eigen::VectorXd initial_volume_;            ///< V0 of each piece [m^3]
+  Eigen::VectorXd mean_inverse_mass_;         ///< of the vertices of each piece, virtual ones included [1/kg]
 };
 
 }  // namespace prism

@@ -6,7 +6,6 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "base/log_event.h"
 #include "geometry/cross_matrix.h"
@@ -85,17 +84,17 @@ Eigen::Matrix2d bounded(const Eigen::Matrix2d& a) {
 
 WallBending::WallBending(const PrismElements& elements, const Projectors& projectors, const std::vector<bool>& clamped)
     : elements_(elements),
-      stencils_(elements.membrane(), projectors, clamped),
-      plates_(stencils_.stencils().size()),
-      beyond_(stencils_.reach(), 3) {
+      stencils_(plate_stencils(elements.membrane(), projectors, clamped)),
+      plates_(stencils_.stencils.size()),
+      beyond_(stencils_.reach, 3) {
   const Wall& wall = elements.wall();
   for (std::size_t e = 0; e < wall.rest.size(); ++e) {
-    const SmallStrainModuli moduli = small_strain_moduli(wall.material_of(e));
-    const double poisson = wall.rule == ThicknessRule::incompressible ? 0.5 : poisson_ratio(moduli);
+    const auto [mu, lambda] = small_strain_moduli(wall.material_of(e));
+    const double poisson = wall.rule == ThicknessRule::incompressible ? 0.5 : lambda / (2 * (lambda + mu));
     poisson_.push_back(poisson);
-    stiffness_.push_back(moduli.shear / (6 * (1 - poisson)));
+    stiffness_.push_back(mu / (6 * (1 - poisson)));
   }
-  for (const PlateStencil& stencil : stencils_.stencils()) {
+  for (const PlateStencil& stencil : stencils_.stencils) {
     most_points_ = std::max(most_points_, static_cast<Eigen::Index>(stencil.last - stencil.first));
   }
 }
@@ -104,39 +103,33 @@ std::vector<WallBending::Plate> WallBending::plates(const Field& start,
                                                     const std::vector<double>& thickness_ratio) const {
   const Membrane& membrane = elements_.membrane();
   const Wall& wall = elements_.wall();
-  const std::vector<PlateStencil>& stencils = stencils_.stencils();
-  const auto corners_of = [this](std::size_t s) {
-    return std::pair(stencils_.corners().begin() + static_cast<std::ptrdiff_t>(stencils_.corner_offsets()[s]),
-                     stencils_.corners().begin() + static_cast<std::ptrdiff_t>(stencils_.corner_offsets()[s + 1]));
-  };
-
+  const std::vector<PlateStencil>& stencils = stencils_.stencils;
   std::vector<char> is_used(membrane.particles.local(), 0);
-  for (std::size_t s = 0; s < stencils_.owned(); ++s) {
-    const auto [first, last] = corners_of(s);
-    is_used[stencils[s].centre] = std::all_of(first, last, [this](const PlateCorner& corner) {
+  for (std::size_t s = 0; s < stencils_.owned; ++s) {
+    const std::vector<PlateCorner>& corners = stencils_.corners[s];
+    is_used[stencils[s].centre] = std::all_of(corners.begin(), corners.end(), [this](const PlateCorner& corner) {
       return elements_.stiffness(static_cast<std::size_t>(corner.element)) > 0;
     });
   }
   update_ghosts(membrane.particles, is_used);
 
   // Data that owners send to ghosts of a vertex: the upper half of the stiffness, s, the reference.
-  Field known(stencils_.reach(), 8);
-  for (std::size_t s = 0; s < stencils_.owned(); ++s) {
+  Field known(stencils_.reach, 8);
+  for (std::size_t s = 0; s < stencils_.owned; ++s) {
     const PetscInt centre = stencils[s].centre;
     if (is_used[centre] == 0) {
       continue;
     }
     double area = 0, rigidity = 0, poisson = 0, shrinkage = 0, reference = 0;
     Eigen::Matrix2d a = Eigen::Matrix2d::Zero();
-    const auto [first, last] = corners_of(s);
-    for (auto corner = first; corner != last; ++corner) {
-      const std::size_t e = corner->element;
+    for (const PlateCorner& corner : stencils_.corners[s]) {
+      const std::size_t e = corner.element;
       const std::array<PetscInt, 3>& triangle = membrane.triangles[e];
       const std::size_t k = std::find(triangle.begin(), triangle.end(), centre) - triangle.begin();
       Eigen::Matrix<double, 3, 2> edges;
       edges << start.vector(triangle[(k + 1) % 3]) - start.vector(centre),
           start.vector(triangle[(k + 2) % 3]) - start.vector(centre);
-      const Eigen::Matrix<double, 3, 2> gradient = edges * corner->inverse;
+      const Eigen::Matrix<double, 3, 2> gradient = edges * corner.inverse;
       const double undeformed = wall.rest[e].area;
       a += undeformed * gradient.transpose() * gradient;
       area += undeformed;
@@ -171,7 +164,7 @@ std::vector<WallBending::Plate> WallBending::plates(const Field& start,
 
 /// Positions of the vertices in the stencils' reach. Collective.
 const double* WallBending::reach(const Field& x) const {
-  if (!stencils_.goes_beyond()) {
+  if (!stencils_.goes_beyond) {
     return x.data();
   }
   beyond_.values().leftCols(x.values().cols()) = x.values();
@@ -186,11 +179,11 @@ WallBending::State WallBending::state(const PlateStencil& stencil, const Plate& 
   state.area.setZero();
   Eigen::Vector3d before = Eigen::Vector3d::Zero();  // from the vertex to the point before
   if (stencil.is_closed) {
-    before = position(x, stencils_.points()[stencil.ring_end - 1]) - centre;
+    before = position(x, stencils_.points[stencil.ring_end - 1]) - centre;
   }
   for (std::size_t p = stencil.first + 1; p < stencil.last; ++p) {
-    const Eigen::Vector3d arm = position(x, stencils_.points()[p]) - centre;
-    state.bent += arm * stencils_.weights()[p].transpose();
+    const Eigen::Vector3d arm = position(x, stencils_.points[p]) - centre;
+    state.bent += arm * stencils_.weights[p].transpose();
     if (p < stencil.ring_end) {
       state.area += before.cross(arm);
       before = arm;
@@ -217,18 +210,18 @@ void WallBending::find_turning(const PlateStencil& stencil, const double* x, Eig
     const std::size_t next = p + 1 < stencil.ring_end ? p + 1 : polygon;
     const std::size_t previous = p > polygon ? p - 1 : stencil.ring_end - 1;
     turning.col(static_cast<Eigen::Index>(p - stencil.first)) =
-        position(x, stencils_.points()[next]) - position(x, stencils_.points()[previous]);
+        position(x, stencils_.points[next]) - position(x, stencils_.points[previous]);
   }
 }
 
 double WallBending::sum_of(const std::vector<Plate>& plates, const Field& x) const {
   static const PetscLogEvent event = log_event("BendEnergy");
-  const LogScope scope(event, 300.0 * static_cast<double>(stencils_.owned()));
+  const LogScope scope(event, 300.0 * static_cast<double>(stencils_.owned));
   const double* positions = reach(x);
   double sum = 0;
-  for (std::size_t s = 0; s < stencils_.owned(); ++s) {
+  for (std::size_t s = 0; s < stencils_.owned; ++s) {
     if (plates[s].reference > 0) {
-      const State at = state(stencils_.stencils()[s], plates[s], positions);
+      const State at = state(stencils_.stencils[s], plates[s], positions);
       sum += at.energy(plates[s]);
     }
   }
@@ -237,18 +230,18 @@ double WallBending::sum_of(const std::vector<Plate>& plates, const Field& x) con
 
 double WallBending::add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const {
   static const PetscLogEvent event = log_event("BendGradient");
-  const LogScope scope(event, 600.0 * static_cast<double>(stencils_.stencils().size()));
+  const LogScope scope(event, 600.0 * static_cast<double>(stencils_.stencils.size()));
   const double* positions = reach(x);
   const Eigen::Index owned = elements_.membrane().particles.owned;
   Eigen::Matrix3Xd turning(3, most_points_);
   double sum = 0;
-  for (std::size_t s = 0; s < stencils_.stencils().size(); ++s) {
+  for (std::size_t s = 0; s < stencils_.stencils.size(); ++s) {
     if (plates_[s].reference == 0) {
       continue;
     }
-    const PlateStencil& stencil = stencils_.stencils()[s];
+    const PlateStencil& stencil = stencils_.stencils[s];
     const State at = state(stencil, plates_[s], positions);
-    sum += s < stencils_.owned() ? at.energy(plates_[s]) : 0;
+    sum += s < stencils_.owned ? at.energy(plates_[s]) : 0;
     Eigen::Vector3d by_area = Eigen::Vector3d::Zero();
     if (!stencil.has_fixed_normal) {
       const Eigen::Vector3d by_normal = at.bent * at.moments;
@@ -257,9 +250,9 @@ double WallBending::add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gra
       find_turning(stencil, positions, turning);
     }
     for (std::size_t p = stencil.first; p < stencil.last; ++p) {
-      const PetscInt i = stencils_.points()[p];
+      const PetscInt i = stencils_.points[p];
       if (i < owned) {
-        gradient.col(i) += at.moments.dot(stencils_.weights()[p]) * at.normal;
+        gradient.col(i) += at.moments.dot(stencils_.weights[p]) * at.normal;
         if (!stencil.has_fixed_normal) {
           gradient.col(i) += turning.col(static_cast<Eigen::Index>(p - stencil.first)).cross(by_area);
         }
@@ -272,14 +265,14 @@ double WallBending::add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gra
 std::vector<VertexPair> WallBending::pattern() const {
   const PetscInt owned = elements_.membrane().particles.owned;
   std::vector<VertexPair> pairs;
-  for (const PlateStencil& stencil : stencils_.stencils()) {
+  for (const PlateStencil& stencil : stencils_.stencils) {
     for (std::size_t p = stencil.first; p < stencil.last; ++p) {
-      const PetscInt row = stencils_.points()[p];
+      const PetscInt row = stencils_.points[p];
       if (row >= owned) {
         continue;
       }
       for (std::size_t q = stencil.first; q < stencil.last; ++q) {
-        pairs.push_back({row, stencils_.reach().to_global(stencils_.points()[q])});
+        pairs.push_back({row, stencils_.reach.to_global(stencils_.points[q])});
       }
     }
   }
@@ -288,13 +281,13 @@ std::vector<VertexPair> WallBending::pattern() const {
 
 void WallBending::update_hessian(const Field& x, Curvature curvature) {
   const double* positions = reach(x);
-  linearised_ = Eigen::Map<const Eigen::Matrix3Xd>(positions, 3, stencils_.reach().local());
+  linearised_ = Eigen::Map<const Eigen::Matrix3Xd>(positions, 3, stencils_.reach.local());
   kept_moments_ = curvature == Curvature::psd ? 0 : 1 - psd_blend_;
 }
 
 void WallBending::add_hessian(const HessianBlocks& blocks) const {
   static const PetscLogEvent event = log_event("BendHessian");
-  const LogScope scope(event, 4000.0 * static_cast<double>(stencils_.stencils().size()));
+  const LogScope scope(event, 4000.0 * static_cast<double>(stencils_.stencils.size()));
   const PetscInt owned = elements_.membrane().particles.owned;
   const double* x = linearised_.data();
   // By the coordinates of all points, with S_p dx_p = dx_p x turning_p, dN = sum_p S_p dx_p:
@@ -308,10 +301,10 @@ void WallBending::add_hessian(const HessianBlocks& blocks) const {
   Eigen::Matrix3Xd turning(3, most_points_);
   std::vector<std::size_t> first_pair(most_points_);
   std::size_t pair = 0;
-  for (std::size_t s = 0; s < stencils_.stencils().size(); ++s) {
-    const PlateStencil& stencil = stencils_.stencils()[s];
+  for (std::size_t s = 0; s < stencils_.stencils.size(); ++s) {
+    const PlateStencil& stencil = stencils_.stencils[s];
     const std::size_t count = stencil.last - stencil.first;
-    const auto is_row = [&](std::size_t p) { return stencils_.points()[stencil.first + p] < owned; };
+    const auto is_row = [&](std::size_t p) { return stencils_.points[stencil.first + p] < owned; };
     for (std::size_t p = 0; p < count; ++p) {
       first_pair[p] = pair;
       pair += is_row(p) ? count : 0;
@@ -341,7 +334,7 @@ void WallBending::add_hessian(const HessianBlocks& blocks) const {
     }
     const Eigen::Matrix3d bent_by_area = at.bent.transpose() * by_area;
     for (std::size_t p = 0; p < count; ++p) {
-      const PlateCurvature& weight = stencils_.weights()[stencil.first + p];
+      const PlateCurvature& weight = stencils_.weights[stencil.first + p];
       const auto k = static_cast<Eigen::Index>(p);
       Eigen::Matrix3d bend = weight * at.normal.transpose();
       if (turns_normal) {

@@ -27,7 +27,7 @@ inline namespace prism {
 /// energy during a solve.
 class WallBending : public Potential {
  public:
-  /// Collective. Elements must outlive this object. @param projectors, clamped as for PlateStencils
+  /// Collective. Elements must outlive this object. @param projectors, clamped as for plate_stencils
   WallBending(const PrismElements& elements, const Projectors& projectors, const std::vector<bool>& clamped);
 
   /// Begins a step with thickness and metric of `start`. Collective.
@@ -49,8 +49,6 @@ class WallBending : public Potential {
   void add_hessian(const HessianBlocks& blocks) const override;
   /// Sets the fraction of this term that is left out of the exact Hessian.
   void set_psd_blend(double fraction) override { psd_blend_ = fraction; }
-
-  const PlateStencils& stencils() const { return stencils_; }
 
  private:
   /// Data of a stencil for its vertex, from the start of the step.

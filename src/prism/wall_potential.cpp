@@ -64,24 +64,23 @@ double WallPotential::add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& g
 }
 
 void WallPotential::update_hessian(const Field& x, Curvature curvature) {
+  at_rims_.clear();
   if (curvature == Curvature::psd) {
     positive_.update(x, thickness_ratio_, {});
     in_use_ = &positive_;
-    at_rims_.clear();
-  } else {
-    std::vector<double> pressure = pressure_;
-    for (double& p : pressure) {
-      p *= 1 - psd_blend_;
-    }
-    exact_->update(x, thickness_ratio_, pressure);
-    in_use_ = exact_.get();
-    at_rims_.clear();
-    for (const PetscInt side : pressure.empty() ? std::vector<PetscInt>() : rims_) {
-      const std::size_t element = side / 3;
-      const auto& corners = elements_.membrane().triangles[element];
-      const std::size_t k = side % 3;
-      at_rims_.push_back(rim_stiffness(pressure[element], x.vector(corners[k]), x.vector(corners[(k + 1) % 3])));
-    }
+    return;
+  }
+  std::vector<double> pressure = pressure_;
+  for (double& p : pressure) {
+    p *= 1 - psd_blend_;
+  }
+  exact_->update(x, thickness_ratio_, pressure);
+  in_use_ = exact_.get();
+  for (const PetscInt side : pressure.empty() ? std::vector<PetscInt>() : rims_) {
+    const std::size_t element = side / 3;
+    const auto& corners = elements_.membrane().triangles[element];
+    const std::size_t k = side % 3;
+    at_rims_.push_back(rim_stiffness(pressure[element], x.vector(corners[k]), x.vector(corners[(k + 1) % 3])));
   }
 }
 

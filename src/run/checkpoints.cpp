@@ -10,7 +10,6 @@
 #include <regex>
 #include <set>
 #include <sstream>
-#include <utility>
 
 #include "base/error.h"
 #include "io/open_file.h"
@@ -62,36 +61,35 @@ void sync(const std::string& path) {
   }
 }
 
-/// Describes a fault of a file as a whole; empty: there is none. Collective.
-std::string fault_of(MPI_Comm comm, const std::string& path) {
+/// Opens a checkpoint. Collective. @throws Error, on all ranks, with what is wrong with the file
+std::unique_ptr<Hdf5File> open_sound(MPI_Comm comm, const std::string& path) {
   long long bytes = -1;
   unsigned long sum = 0;
-  std::string fault;
-  try {
-    on_root(comm, [&] {
-      const std::size_t length = last_line(0, 0).size();
-      const OpenFile file(path, O_RDONLY);
-      if (!file.is_open()) {
-        throw Error("it cannot be opened");
-      }
-      const long long size = file.size();
-      std::string line(length, ' ');
-      const long long start = size - static_cast<long long>(length);
-      if (start < 0 || pread(file.descriptor(), line.data(), length, start) != static_cast<ssize_t>(length) ||
-          std::sscanf(line.c_str(), "\npellicle checkpoint crc32 %lx bytes %lld", &sum, &bytes) != 2 ||
-          bytes != start || line != last_line(sum, bytes)) {
-        throw Error("its end is missing");
-      }
-    });
-    MPI_Bcast(&bytes, 1, MPI_LONG_LONG, 0, comm);
-    MPI_Bcast(&sum, 1, MPI_UNSIGNED_LONG, 0, comm);
-    if (file_checksum(comm, path, bytes) != sum) {
-      throw Error("its check sum is not that of its contents");
+  on_root(comm, [&] {
+    const std::size_t length = last_line(0, 0).size();
+    const OpenFile file(path, O_RDONLY);
+    if (!file.is_open()) {
+      throw Error("it cannot be opened");
     }
-  } catch (const Error& error) {
-    fault = error.what();
+    const long long size = file.size();
+    std::string line(length, ' ');
+    const long long start = size - static_cast<long long>(length);
+    if (start < 0 || pread(file.descriptor(), line.data(), length, start) != static_cast<ssize_t>(length) ||
+        std::sscanf(line.c_str(), "\npellicle checkpoint crc32 %lx bytes %lld", &sum, &bytes) != 2 || bytes != start ||
+        line != last_line(sum, bytes)) {
+      throw Error("its end is missing");
+    }
+  });
+  MPI_Bcast(&bytes, 1, MPI_LONG_LONG, 0, comm);
+  MPI_Bcast(&sum, 1, MPI_UNSIGNED_LONG, 0, comm);
+  if (file_checksum(comm, path, bytes) != sum) {
+    throw Error("its check sum is not that of its contents");
   }
-  return fault;
+  auto file = std::make_unique<Hdf5File>(comm, path, Hdf5File::Mode::read);
+  if (file->read_all<int>("format") != std::vector<int>{format}) {
+    throw Error("it is of another format than " + std::to_string(format));
+  }
+  return file;
 }
 
 }  // namespace
@@ -213,21 +211,12 @@ std::unique_ptr<Hdf5File> open_checkpoint(MPI_Comm comm, const std::string& path
   std::string faults;
   std::istringstream list(candidates);
   for (std::string candidate; std::getline(list, candidate, '\0');) {
-    std::string fault = fault_of(comm, candidate);
-    if (fault.empty()) {
-      try {
-        auto file = std::make_unique<Hdf5File>(comm, candidate, Hdf5File::Mode::read);
-        const std::vector<int> found = file->read_all<int>("format");
-        if (found != std::vector<int>{format}) {
-          throw Error("it is of another format than " + std::to_string(format));
-        }
-        return file;
-      } catch (const Error& error) {
-        fault = error.what();
-      }
+    try {
+      return open_sound(comm, candidate);
+    } catch (const Error& error) {
+      console.tell(candidate + " is damaged and passed over: " + error.what());
+      faults += "; " + candidate + ": " + error.what();
     }
-    console.tell(candidate + " is damaged and passed over: " + fault);
-    faults += "; " + candidate + ": " + fault;
   }
   throw Error("restart: " + path + " has no sound checkpoint" + faults);
 }

@@ -12,19 +12,6 @@ std::string file_of(const std::string& table, const Object& object) {
   return table + (object.name().empty() ? "" : "_" + object.name()) + ".csv";
 }
 
-/// Prints the curves of Fig. 8 for one time step.
-void print_errors(MPI_Comm comm, const std::vector<ProjectionError>& errors) {
-  int rank = 0;
-  MPI_Comm_rank(comm, &rank);
-  for (const ProjectionError& error : errors) {
-    if (rank == 0) {
-      const char* after = error.projected ? colour_names[static_cast<std::size_t>(*error.projected)] : "start";
-      std::printf("  projection step %d %-6s ||C|| red %.4e green %.4e blue %.4e yellow %.4e all %.4e\n", error.step,
-                  after, error.colour[0], error.colour[1], error.colour[2], error.colour[3], error.total);
-    }
-  }
-}
-
 }  // namespace
 
 HistoryTables::HistoryTables(OutputFolder& folder, Object& object, bool contact_apart)
@@ -50,11 +37,16 @@ HistoryTables::HistoryTables(OutputFolder& folder, Object& object, bool contact_
 
 void HistoryTables::add_step(int retries) {
   const State& state = object_.state();
-  const std::vector<ProjectionError>& errors = object_.last_step().projected;
   if (projection_ != nullptr) {
     projection_->start();
-    print_errors(object_.surface().comm(), errors);
-    for (const ProjectionError& error : errors) {
+    int rank = 0;
+    MPI_Comm_rank(object_.surface().comm(), &rank);
+    for (const ProjectionError& error : object_.last_step().projected) {  // the curves of Fig. 8
+      if (rank == 0) {
+        const char* after = error.projected ? colour_names[static_cast<std::size_t>(*error.projected)] : "start";
+        std::printf("  projection step %d %-6s ||C|| red %.4e green %.4e blue %.4e yellow %.4e all %.4e\n", error.step,
+                    after, error.colour[0], error.colour[1], error.colour[2], error.colour[3], error.total);
+      }
       std::vector<double> row{state.time, static_cast<double>(state.step), static_cast<double>(error.step),
                               error.projected ? static_cast<double>(*error.projected) : -1.0};
       row.insert(row.end(), error.colour.begin(), error.colour.end());

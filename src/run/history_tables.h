@@ -1,9 +1,7 @@
 #pragma once
 
 #include <memory>
-#include <string>
 
-#include "io/console.h"
 #include "io/history.h"
 #include "io/output_folder.h"
 #include "state/hdf5_file.h"
@@ -33,8 +31,6 @@ class HistoryTables {
   void resume(const Hdf5File& checkpoint);
 
  private:
-  std::string file(const std::string& name) const;
-
   Object& object_;
   bool contact_apart_;
   History history_;

@@ -1,20 +1,20 @@
-#include "run/mesh_only.h"
-
 #include <fmt/format.h>
-#include <vtkCellArray.h>
 #include <vtkMeshQuality.h>
 #include <vtkNew.h>
 #include <vtkPoints.h>
-#include <vtkPolyData.h>
+#include <vtkQuad.h>
+#include <vtkTriangle.h>
 
 #include <algorithm>
 #include <limits>
+#include <type_traits>
 
 #include "ablation/cut_surface.h"
 #include "base/error.h"
 #include "io/console.h"
 #include "io/frame_writer.h"
 #include "parallel/collective.h"
+#include "run/run.h"
 #include "state/hdf5_file.h"
 #include "state/mesh_tables.h"
 #include "surface/shell.h"
@@ -46,26 +46,15 @@ using Quality = std::array<std::vector<double>, quality_measures.size()>;
 /// Every measure of every cell, triangles or quads.
 template <std::size_t corners>
 Quality quality_of(const Eigen::Matrix3Xd& points, const std::vector<std::array<PetscInt, corners>>& cells) {
-  vtkNew<vtkPoints> vtk_points;
-  vtk_points->SetDataTypeToDouble();
-  for (Eigen::Index i = 0; i < points.cols(); ++i) {
-    vtk_points->InsertNextPoint(points.col(i).data());
-  }
-  vtkNew<vtkCellArray> polygons;
-  for (const auto& cell : cells) {
-    polygons->InsertNextCell(static_cast<int>(corners));
-    for (const PetscInt corner : cell) {
-      polygons->InsertCellPoint(corner);
-    }
-  }
-  vtkNew<vtkPolyData> mesh;
-  mesh->SetPoints(vtk_points);
-  mesh->SetPolys(polygons);
+  vtkNew<std::conditional_t<corners == 3, vtkTriangle, vtkQuad>> shape;
   Quality quality;
-  for (std::size_t measure = 0; measure < quality.size(); ++measure) {
-    const auto of_cell = corners == 3 ? quality_measures[measure].of_triangle : quality_measures[measure].of_quad;
-    for (vtkIdType cell = 0; cell < mesh->GetNumberOfCells(); ++cell) {
-      quality[measure].push_back(of_cell(mesh->GetCell(cell)));
+  for (const auto& cell : cells) {
+    for (std::size_t k = 0; k < corners; ++k) {
+      shape->Points->SetPoint(static_cast<vtkIdType>(k), points.col(cell[k]).data());
+    }
+    for (std::size_t measure = 0; measure < quality.size(); ++measure) {
+      const QualityMeasure& of = quality_measures[measure];
+      quality[measure].push_back((corners == 3 ? of.of_triangle : of.of_quad)(shape));
     }
   }
   return quality;
@@ -86,20 +75,11 @@ std::string quality_line(MPI_Comm comm, const Quality& quality, PetscInt owned) 
     }
     sums = sum_over_ranks(comm, sums);
     worst = max_over_ranks(comm, worst);
-    std::string text =
-        fmt::format("{} {} mean {:.4g}, {} {:.4g}", measure == 0 ? "" : ";", quality_measures[measure].name,
-                    sums[0] / sums[1], small_is_bad ? "smallest" : "largest", sign * worst);
-    line += text;
+    line += fmt::format("{} {} mean {:.4g}, {} {:.4g}", measure == 0 ? "" : ";", quality_measures[measure].name,
+                        sums[0] / sums[1], small_is_bad ? "smallest" : "largest", sign * worst);
   }
   return line;
 }
-
-/// The mesh of an object and the data that follow from it.
-struct MeshOfObject {
-  std::string name;
-  std::string heading;  ///< "cloth: ", of lines
-  LoadedMesh loaded;
-};
 
 /// Prints the figures of a distributed mesh and writes it as an object of a frame. Collective.
 template <std::size_t corners>
@@ -136,15 +116,12 @@ void mesh_only(MPI_Comm comm, const RunPlan& plan, RunRecord record) {
   output.fields.clear();  // they name fields of a run
   Console console(comm, 1);
   OutputFolder folder(comm, output, record);
-  std::vector<MeshOfObject> meshes;
+  std::vector<LoadedMesh> meshes;
   std::vector<FramePart> parts;
   for (const NamedOptions& object : objects) {
-    const std::string heading = heading_of(object.name);
-    meshes.push_back({object.name, heading, about_object(heading, [&] { return load_mesh(comm, object.options); })});
+    meshes.push_back(about_object(object.name, [&] { return load_mesh(comm, object.options); }));
     parts.push_back({object.name, key_of(object.name)});
-    for (const std::string& line : meshes.back().loaded.lines) {
-      record.mesh.push_back(heading + line);
-    }
+    add_lines(record.mesh, object.name, meshes.back().lines);
   }
   for (const std::string& line : record.mesh) {
     console.tell(line);
@@ -156,9 +133,9 @@ void mesh_only(MPI_Comm comm, const RunPlan& plan, RunRecord record) {
   writer.reserve_names();
   std::vector<MeshRows> rows;
   for (std::size_t i = 0; i < meshes.size(); ++i) {
-    const std::string& heading = meshes[i].heading;
+    const std::string heading = heading_of(objects[i].name);
     const SheetOptions options = shell_options(objects[i].options);
-    LoadedMesh& loaded = meshes[i].loaded;
+    LoadedMesh& loaded = meshes[i];
     for (const std::string& line : loaded.figures) {
       console.say(heading + line);
     }
@@ -175,7 +152,7 @@ void mesh_only(MPI_Comm comm, const RunPlan& plan, RunRecord record) {
   writer.complete(0, 0);
   console.say(output.directory + "/" + output.name + ".pvd");
   for (std::size_t i = 0; i < meshes.size(); ++i) {
-    write_mesh_file(rows[i], mesh_file_name(output, meshes[i].name), folder, console);
+    write_mesh_file(rows[i], mesh_file_name(output, objects[i].name), folder, console);
   }
 }
 

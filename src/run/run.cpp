@@ -11,7 +11,6 @@
 #include "io/console.h"
 #include "linear/saved_system.h"
 #include "parallel/collective.h"
-#include "run/mesh_only.h"
 #include "run/world_output.h"
 #include "world/load_mesh.h"
 
@@ -85,13 +84,8 @@ class Run {
   /// An object that begins with its mesh.
   std::unique_ptr<Object> object_from_mesh(const NamedOptions& object) {
     LoadedMesh loaded = load_mesh(comm_, object.options);
-    const std::string heading = heading_of(object.name);
-    for (const std::string& line : loaded.lines) {
-      record_.mesh.push_back(heading + line);
-    }
-    for (const std::string& line : loaded.figures) {
-      figures_.push_back(heading + line);
-    }
+    add_lines(record_.mesh, object.name, loaded.lines);
+    add_lines(figures_, object.name, loaded.figures);
     return std::make_unique<Object>(object.name, object.options, comm_, std::move(loaded.rows));
   }
 
@@ -99,14 +93,11 @@ class Run {
   World make_world(const Hdf5File* checkpoint) {
     std::vector<std::unique_ptr<Object>> objects;
     for (const NamedOptions& object : plan_.objects) {
-      const std::string heading = heading_of(object.name);
-      objects.push_back(about_object(heading, [&] {
+      objects.push_back(about_object(object.name, [&] {
         return checkpoint == nullptr ? object_from_mesh(object)
                                      : std::make_unique<Object>(object.name, object.options, *checkpoint);
       }));
-      for (const std::string& line : objects.back()->lines()) {
-        figures_.push_back(heading + line);
-      }
+      add_lines(figures_, object.name, objects.back()->lines());
     }
     return {std::move(objects), plan_.groups};
   }

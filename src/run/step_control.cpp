@@ -231,9 +231,7 @@ void run_steps(SteppedRun& run, const TimeOptions& options, Console& console, Ch
         std::max(run.time() / options.end, options.max_steps > 0 ? run.step() / double(options.max_steps) : 0.0);
     console.progress({run.step(), run.time(), std::min(1.0, fraction), step.iterations, step.figures});
     run.length() = next_length(h, length, step, options);
-    if (is_last()) {
-      checkpoint();
-    } else if (checkpoints != nullptr && checkpoints->due_by_steps(run.step())) {
+    if (is_last() || (checkpoints != nullptr && checkpoints->due_by_steps(run.step()))) {
       checkpoint();
     } else {
       checkpoint_by_clock();

@@ -8,7 +8,7 @@
 #include "run/checkpoints.h"
 #include "state/hdf5_file.h"
 #include "world/options.h"
-#include "world/step_result.h"
+#include "world/stage.h"
 
 namespace pellicle {
 inline namespace run {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "world/non_finite.h"
+#include "world/state_checks.h"
 
 namespace pellicle {
 inline namespace run {
@@ -18,22 +18,40 @@ std::vector<FramePart> parts_of(const World& world) {
   return parts;
 }
 
-std::vector<FramePart> parts_of(const std::vector<BodyDrawing>& bodies) {
-  std::vector<FramePart> parts;
-  for (const BodyDrawing& body : bodies) {
-    parts.push_back(body.part);
-  }
-  return parts;
-}
-
 }  // namespace
+
+std::vector<BodyDrawing> drawings_of_bodies(MPI_Comm comm, const std::deque<NamedOptions>& objects) {
+  std::vector<BodyDrawing> drawings;
+  for (const Body& body : make_bodies(comm, objects.front().options.bodies)) {
+    drawings.push_back({{body.name, "bodies." + body.name}, body.shape, body.motion});
+  }
+  for (const NamedOptions& object : objects) {
+    for (const auto& [name, source] : object.options.heat.sources) {
+      if (!shape_of(source).has_centre) {
+        continue;
+      }
+      RigidMotion motion;
+      motion.start.place = source.centre;
+      motion.velocity = source.velocity;
+      motion.path = source.path;
+      const bool is_named = !object.name.empty();
+      drawings.push_back({{"heat_" + (is_named ? object.name + "_" : "") + name,
+                           (is_named ? "objects." + object.name + "." : "") + "heat.sources." + name},
+                          Sphere{source.radius},
+                          motion,
+                          source.start_time,
+                          source.end_time.value_or(std::numeric_limits<double>::infinity())});
+    }
+  }
+  return drawings;
+}
 
 WorldOutput::WorldOutput(World& world, OutputFolder& folder, Console& console, const OutputOptions& options,
                          std::vector<BodyDrawing> bodies)
     : world_(world),
       console_(console),
       bodies_(std::move(bodies)),
-      writer_(folder, options, parts_of(world), parts_of(bodies_)),
+      writer_(folder, options, parts_of(world), {bodies_.begin(), bodies_.end()}),
       fields_are_to_be_checked_(!options.fields.empty()) {
   std::vector<bool> is_coupled(world.objects().size(), false);
   for (const std::unique_ptr<Group>& group : world.groups()) {
@@ -81,7 +99,6 @@ void WorldOutput::check_chosen_fields() {
           known.push_back(name);
         }
       }
-      return false;
     });
   }
   writer_.require_chosen_fields(known);
@@ -105,7 +122,6 @@ void WorldOutput::draw() {
         draw_bodies();
         writer_.complete(time(), step());
       }
-      return true;
     });
     tables_[i]->add_frame();
   }
@@ -137,7 +153,6 @@ std::string WorldOutput::draw_failed(double h) {
     object.draw([&](Frame frame) {
       frame.time = start + h;
       writer.write(i, frame);
-      return false;
     });
   }
   writer.complete(start + h, step());

@@ -1,20 +1,35 @@
 #pragma once
 
+#include <deque>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "geometry/solids.h"
 #include "io/console.h"
+#include "io/frame_series.h"
 #include "io/frame_writer.h"
 #include "io/history.h"
-#include "run/body_drawings.h"
 #include "run/history_tables.h"
 #include "run/step_control.h"
 #include "world/world.h"
 
 namespace pellicle {
 inline namespace run {
+
+/// A body or a ball of heat as frames show it.
+struct BodyDrawing : FramePart {  // "ball", "heat_flame", of an object "heat_paper_flame"
+  Shape shape;
+  RigidMotion motion;
+  double from = 0;                                      ///< time at which it appears [s]
+  double to = std::numeric_limits<double>::infinity();  ///< time at which it disappears [s]
+};
+
+/// The bodies of a run, and the balls of heat of all its objects. Collective. @throws Error as make_bodies does
+/// @param objects the first has the run's bodies
+std::vector<BodyDrawing> drawings_of_bodies(MPI_Comm comm, const std::deque<NamedOptions>& objects);
 
 /// The output of a world: frames, tables and lines. All calls are collective.
 class WorldOutput : public SteppedRun {

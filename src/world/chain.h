@@ -55,6 +55,8 @@ struct Stages {
 /// its steps consist. It has no state. All functions are collective unless stated otherwise.
 class Chain {
  public:
+  /// The options must outlive it. Not collective.
+  explicit Chain(const Options& options) : options_(options) {}
   virtual ~Chain() = default;
 
   /// The names of the parts of a step that the clock of an object measures. Not collective.
@@ -88,14 +90,15 @@ class Chain {
     return {};
   }
 
-  /// Makes the fields of an object at rest in its undeformed shape. @param chambers their number
-  virtual std::unique_ptr<State> make_state(const Surface& surface, int chambers) const = 0;
   /// The state at time 0, with the initial noise and the particles that pins, loads and chambers choose; the stages set
   /// the rest (Stage::start). @throws Error on bad pins, planes, loads and chambers
   virtual std::unique_ptr<State> initial_state(const Surface& surface) const = 0;
   /// The stages of an object that goes on from a state. All must outlive them.
   /// @throws Error on textures that cannot be read and other input
   virtual Stages make_stages(const Surface& surface, State& state, StageClock& clock, Textures& textures) const = 0;
+
+ protected:
+  const Options& options_;
 };
 
 /// The chain of the burning paper: a sheet of quads heats, burns, shrinks and is cut, moves and cracks; it may enclose

@@ -14,7 +14,6 @@
 #include "contact/surface_contact.h"
 #include "contact/untangle.h"
 #include "parallel/collective.h"
-#include "world/contact_of_object.h"
 
 namespace pellicle {
 inline namespace world {
@@ -23,7 +22,6 @@ namespace {
 
 /// An object's surface at the start.
 struct StartingSurface {
-  std::string object;
   ContactSurface::Part part;
   const std::vector<bool>* active;  ///< of its surface triangles; null: all of them
   std::vector<bool> constrained;    ///< local particles that stay where they are
@@ -31,15 +29,14 @@ struct StartingSurface {
 };
 
 /// @throws Error if the thickness is so large that each feature would press on hundreds of others
-void check_thickness(const StartingSurface& surface) {
+void check_thickness(const std::string& object, const ContactSurface::Part& part) {
   constexpr double most_sides = 10;
-  const double side = mean_side(*surface.part.surface);
-  const double thickness = surface.part.thickness.value_or(0);
+  const double side = mean_side(*part.surface);
+  const double thickness = part.thickness.value_or(0);
   if (thickness > most_sides * side) {
-    std::string text = fmt::format(
-        "contact.thickness: {:.3g} m is out of range; expected at most {:.3g} m, {:.0f} mean sides of the mesh",
-        thickness, most_sides * side, most_sides);
-    throw Error(heading_of(surface.object) + text);
+    throw Error(fmt::format(
+        "{}contact.thickness: {:.3g} m is out of range; expected at most {:.3g} m, {:.0f} mean sides of the mesh",
+        heading_of(object), thickness, most_sides * side, most_sides));
   }
 }
 
@@ -61,14 +58,6 @@ Crossings crossings_of(const std::vector<StartingSurface>& surfaces) {
 }
 
 bool is_clean(const Crossings& crossings) { return crossings.pairs == 0 && crossings.touching == 0; }
-
-std::string tangle_words(const Crossings& crossings, const std::vector<StartingSurface>& surfaces) {
-  std::vector<std::string> names;
-  for (const StartingSurface& surface : surfaces) {
-    names.push_back(surface.object);
-  }
-  return crossing_words(crossings, names);
-}
 
 using Key = std::pair<std::size_t, PetscInt>;  ///< surface, and persistent id of a particle
 
@@ -214,22 +203,23 @@ void push_apart(const ContactOptions& options, const std::vector<StartingSurface
 
 std::string settle_start(const ContactOptions& options, const std::vector<Object*>& objects) {
   std::vector<StartingSurface> surfaces;
+  std::vector<std::string> names;
   for (Object* object : objects) {
     const Motion& motion = object->motion();
-    surfaces.push_back(
-        {object->name(), motion.contact_part(), motion.active(), motion.constrained(), object->state().position});
-    check_thickness(surfaces.back());
+    check_thickness(object->name(), motion.contact_part());
+    surfaces.push_back({motion.contact_part(), motion.active(), motion.constrained(), object->state().position});
+    names.push_back(object->name());
   }
   const Crossings crossings = crossings_of(surfaces);
   if (is_clean(crossings)) {
     return "";
   }
+  const std::string tangle = crossing_words(crossings, names);
   if (options.start == ContactStart::refuse) {
-    throw Error("contact.start: refuse: " + tangle_words(crossings, surfaces) +
-                ", expected none, or contact.start: untangle or accept");
+    throw Error("contact.start: refuse: " + tangle + ", expected none, or contact.start: untangle or accept");
   }
   if (options.start == ContactStart::accept) {
-    return tangle_words(crossings, surfaces) + "; they are left so, see contact.start";
+    return tangle + "; they are left so, see contact.start";
   }
   std::vector<Eigen::Matrix3Xd> before;
   for (const StartingSurface& surface : surfaces) {
@@ -237,7 +227,7 @@ std::string settle_start(const ContactOptions& options, const std::vector<Object
   }
   untangle_all(surfaces);
   if (!is_clean(crossings_of(surfaces))) {
-    throw Error("contact.start: untangle: of " + tangle_words(crossings, surfaces) +
+    throw Error("contact.start: untangle: of " + tangle +
                 ", some stay so, expected surfaces that come free of themselves when they are moved a little, and of "
                 "each other, one of any two without pins");
   }
@@ -253,8 +243,7 @@ std::string settle_start(const ContactOptions& options, const std::vector<Object
     }
   }
   most = max_over_ranks(surfaces.front().part.surface->comm(), most);
-  std::string text = fmt::format("; untangled, no particle was moved by more than {:.3g} m", most);
-  return tangle_words(crossings, surfaces) + text;
+  return fmt::format("{}; untangled, no particle was moved by more than {:.3g} m", tangle, most);
 }
 
 void refuse_start_in_bodies(Object& object) {

@@ -23,11 +23,6 @@ bool is_heated_beyond(double temperature, const Options& options) {
   return options.heat.initial_temperature <= options.combustion.ignition_temperature && (by_source || by_body);
 }
 
-FrontInput front_input(const Options& options) {
-  return {options.heat.diffusivity, options.heat.burning_heat, options.heat.initial_temperature,
-          options.ablation.loss_mass};
-}
-
 }  // namespace
 
 void FireRecord::note(double time, double left, double burnt_mass, double temperature_max) {
@@ -42,7 +37,8 @@ void FireRecord::note(double time, double left, double burnt_mass, double temper
 
 std::vector<std::string> front_remarks(const Options& options, double mean_side) {
   constexpr double least_heat = 1.3;  // over that of ignition: with less fronts have died (docs/fire.md)
-  const FrontInput input = front_input(options);
+  const FrontInput input{options.heat.diffusivity, options.heat.burning_heat, options.heat.initial_temperature,
+                         options.ablation.loss_mass};
   const std::optional<FireFront> front = fire_front(input, options.combustion);
   if (!is_heated_beyond(options.combustion.ignition_temperature, options) || !front ||
       heat_over_ignition(input, options.combustion) < least_heat) {

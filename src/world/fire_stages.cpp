@@ -62,10 +62,7 @@ std::vector<double> mass_ratios(const Surface& surface, const Field& mass) {
 
 HeatStage::HeatStage(const Surface& surface, const Options& options, State& state, StageClock& clock,
                      Textures& textures)
-    : surface_(surface),
-      options_(options),
-      state_(state),
-      clock_(clock),
+    : FireStage(surface, options, state, clock),
       conduction_(surface, options.heat,
                   textures.values(surface.uv, "heat.diffusivity_texture", options.heat.diffusivity_texture,
                                   options.heat.diffusivity_range)),
@@ -81,38 +78,36 @@ HeatStage::HeatStage(const Surface& surface, const Options& options, State& stat
 }
 
 void HeatStage::start() {
-  BurningFields& fields = *state_.burning;
-  fields.temperature.values().setConstant(options_.heat.initial_temperature);
-  fields.heat_initial = heat_content(surface_, fields.mass, fields.temperature, options_.heat.capacity);
+  fields_.temperature.values().setConstant(options_.heat.initial_temperature);
+  fields_.heat_initial = heat_content(surface_, fields_.mass, fields_.temperature, options_.heat.capacity);
 }
 
 StageResult HeatStage::begin(Step& step) {
   const auto timer = clock_.time("heat");
   const HeatOptions& heat = options_.heat;
   const double h = step.h;
-  BurningFields& fields = *state_.burning;
   // Eq. 1: T^ext from the sources, then the heat released by the burning of the last step.
   for (const auto& [name, source] : heat.sources) {
-    fields.heat_in += apply_heat_source(
-        fields.temperature, source,
-        {surface_, state_.position, fields.mass, source_texture_.at(name), state_.time, h, heat.capacity});
+    fields_.heat_in += apply_heat_source(
+        fields_.temperature, source,
+        {surface_, state_.position, fields_.mass, source_texture_.at(name), state_.time, h, heat.capacity});
   }
-  fields.heat_in += release_burning_heat(fields.temperature, surface_, fields.mass_change, fields.mass, heat);
+  fields_.heat_in += release_burning_heat(fields_.temperature, surface_, fields_.mass_change, fields_.mass, heat);
   const HeatExchange exchange =
-      exchange_with_surroundings(fields.temperature, surface_, state_.position, fields.mass, fields.active, h, heat);
-  fields.heat_in += exchange.gained;
-  fields.heat_out += exchange.lost;
+      exchange_with_surroundings(fields_.temperature, surface_, state_.position, fields_.mass, fields_.active, h, heat);
+  fields_.heat_in += exchange.gained;
+  fields_.heat_out += exchange.lost;
   if (!bodies_.empty()) {
     const BodyHeat of_bodies = exchange_with_bodies(
-        fields.temperature, surface_, bodies_,
-        {state_.position, fields.mass, fields.active, state_.time, h, heat.capacity, resting_gap_});
-    fields.heat_in += of_bodies.gained;
-    fields.heat_out += of_bodies.lost;
+        fields_.temperature, surface_, bodies_,
+        {state_.position, fields_.mass, fields_.active, state_.time, h, heat.capacity, resting_gap_});
+    fields_.heat_in += of_bodies.gained;
+    fields_.heat_out += of_bodies.lost;
   }
-  rise_.values() = -fields.temperature.values();
-  StageResult result = conduction_.advance(fields.temperature, {state_.position, fields.mass, fields.active, h});
-  rise_.values() += fields.temperature.values();
-  fields.heat_made += heat_content(surface_, fields.mass, rise_, heat.capacity);
+  rise_.values() = -fields_.temperature.values();
+  StageResult result = conduction_.advance(fields_.temperature, {state_.position, fields_.mass, fields_.active, h});
+  rise_.values() += fields_.temperature.values();
+  fields_.heat_made += heat_content(surface_, fields_.mass, rise_, heat.capacity);
   step.heat_iterations = result.iterations;
   return result;
 }
@@ -125,53 +120,40 @@ std::vector<std::string> HeatStage::first_remarks() const { return front_remarks
 
 CombustionStage::CombustionStage(const Surface& surface, const Options& options, State& state, StageClock& clock,
                                  Textures& textures)
-    : surface_(surface),
-      options_(options),
-      state_(state),
-      clock_(clock),
-      ablation_(surface, options.ablation.spring_rule),
+    : FireStage(surface, options, state, clock),
       mass_loss_factor_(textures.values(surface.uv, "combustion.mass_loss_texture",
                                         options.combustion.mass_loss_texture, options.combustion.mass_loss_range)) {}
 
 StageResult CombustionStage::begin(Step& step) {
   const auto timer = clock_.time("combustion");
-  BurningFields& fields = *state_.burning;
   // A particle without active triangles neither cools nor burns.
-  const std::vector<bool>& triangles = fields.active.triangles;
+  const std::vector<bool>& triangles = fields_.active.triangles;
   const bool is_whole = std::find(triangles.begin(), triangles.end(), false) == triangles.end();
   std::vector<bool> has_surface;
   if (on_any_rank(surface_.comm(), !is_whole)) {
-    has_surface = ablation_.particles_with_surface(fields.active);
+    has_surface = ablation_.particles_with_surface(fields_.active);
   }
-  const BurnInput input{fields.temperature, mass_loss_factor_, step.h, has_surface.empty() ? nullptr : &has_surface};
-  fields.mass_burnt += burn(fields.mass, fields.mass_change, surface_, input, options_.combustion);
-  fields.heat_out -= heat_content(surface_, fields.mass_change, fields.temperature, options_.heat.capacity);
+  const BurnInput input{fields_.temperature, mass_loss_factor_, step.h, has_surface.empty() ? nullptr : &has_surface};
+  fields_.mass_burnt += burn(fields_.mass, fields_.mass_change, surface_, input, options_.combustion);
+  fields_.heat_out -= heat_content(surface_, fields_.mass_change, fields_.temperature, options_.heat.capacity);
   return {};
 }
 
-AblationStage::AblationStage(const Surface& surface, const Options& options, State& state, StageClock& clock)
-    : surface_(surface),
-      options_(options),
-      state_(state),
-      clock_(clock),
-      ablation_(surface, options.ablation.spring_rule) {}
-
-void AblationStage::start() { state_.burning->pieces = initial_pieces(surface_); }
+void AblationStage::start() { fields_.pieces = initial_pieces(surface_); }
 
 StageResult AblationStage::begin(Step& step) {
   const auto timer = clock_.time("ablation");
-  BurningFields& fields = *state_.burning;
   const double time = state_.time + step.h;
-  set_level(level_, surface_, fields.mass, options_.ablation.loss_mass);
+  set_level(level_, surface_, fields_.mass, options_.ablation.loss_mass);
   const auto has_burnt = [this](PetscInt particle) { return level_[particle] < 0; };
   const auto per_element = static_cast<std::size_t>(surface_.triangles_per_element);
   for (std::size_t t = 0; t < surface_.triangles.size(); ++t) {
     const auto& [a, b, c] = surface_.triangles[t];
-    if (fields.burn_time[t / per_element] < 0 && (has_burnt(a) || has_burnt(b) || has_burnt(c))) {
-      fields.burn_time[t / per_element] = time;
+    if (fields_.burn_time[t / per_element] < 0 && (has_burnt(a) || has_burnt(b) || has_burnt(c))) {
+      fields_.burn_time[t / per_element] = time;
     }
   }
-  step.has_burnt = ablation_.burn_away(fields.active, level_);
+  step.has_burnt = ablation_.burn_away(fields_.active, level_);
   if (step.has_burnt) {
     remove_bare_particles(time);
   }
@@ -180,24 +162,22 @@ StageResult AblationStage::begin(Step& step) {
 
 /// Removes the particles that have lost their last spring; pieces separate.
 void AblationStage::remove_bare_particles(double time) {
-  BurningFields& fields = *state_.burning;
-  for (const PetscInt i : ablation_.bare_particles(fields.active, fields.mass)) {
-    double& mass = fields.mass.data()[i];
-    fields.mass_burnt += mass;
-    fields.heat_out += mass * options_.heat.capacity * fields.temperature.data()[i];
+  for (const PetscInt i : ablation_.bare_particles(fields_.active, fields_.mass)) {
+    double& mass = fields_.mass.data()[i];
+    fields_.mass_burnt += mass;
+    fields_.heat_out += mass * options_.heat.capacity * fields_.temperature.data()[i];
     mass = 0;
-    fields.mass_change.data()[i] = 0;
+    fields_.mass_change.data()[i] = 0;
   }
-  update_ghosts(surface_.particles, fields.mass, fields.mass_change);
-  update_pieces(fields.pieces, surface_, fields.active, time);
+  update_ghosts(surface_.particles, fields_.mass, fields_.mass_change);
+  update_pieces(fields_.pieces, surface_, fields_.active, time);
 }
 
 void AblationStage::draw(Picture& picture) const {
-  const BurningFields& fields = *state_.burning;
-  picture.cut(cut_surface(surface_, fields.active, level_set(surface_, fields.mass, options_.ablation.loss_mass)));
-  picture.add_on_particles("mass_ratio", mass_ratios(surface_, fields.mass), 1, surface_.has_quads());
-  const Pieces& pieces = fields.pieces;
-  const std::vector<double> masses = piece_masses(pieces, surface_, fields.mass);
+  picture.cut(cut_surface(surface_, fields_.active, level_set(surface_, fields_.mass, options_.ablation.loss_mass)));
+  picture.add_on_particles("mass_ratio", mass_ratios(surface_, fields_.mass), surface_.has_quads());
+  const Pieces& pieces = fields_.pieces;
+  const std::vector<double> masses = piece_masses(pieces, surface_, fields_.mass);
   const auto per_element = static_cast<std::size_t>(surface_.triangles_per_element);
   std::vector<double> id;
   std::vector<double> mass;
@@ -215,11 +195,7 @@ void AblationStage::draw(Picture& picture) const {
 
 CrackStage::CrackStage(const Surface& surface, const Options& options, State& state, StageClock& clock,
                        Textures& textures, MotionStage& motion)
-    : surface_(surface),
-      options_(options),
-      state_(state),
-      clock_(clock),
-      ablation_(surface, options.ablation.spring_rule),
+    : FireStage(surface, options, state, clock),
       cracks_(surface, cracks_of(options),
               textures.values(surface.uv, "ablation.strength_texture", options.ablation.strength_texture,
                               options.ablation.strength_range)),
@@ -227,19 +203,18 @@ CrackStage::CrackStage(const Surface& surface, const Options& options, State& st
 
 StageResult CrackStage::end(Step& step) {
   const auto timer = clock_.time("ablation");
-  BurningFields& fields = *state_.burning;
-  const std::vector<PetscInt> sides = cracks_.sides(
-      {fields.active, motion_.stress(), state_.position, fields.mass, motion_.pinned(), options_.combustion.min_mass});
+  const std::vector<PetscInt> sides = cracks_.sides({fields_.active, motion_.stress(), state_.position, fields_.mass,
+                                                     motion_.pinned(), options_.combustion.min_mass});
   for (const PetscInt side : sides) {
-    ++fields.cracked_sides;
-    fields.crack_length += surface_.of(Colour::blue).initial_length[side];
+    ++fields_.cracked_sides;
+    fields_.crack_length += surface_.of(Colour::blue).initial_length[side];
   }
-  step.has_cracked = ablation_.crack(fields.active, sides);
+  step.has_cracked = ablation_.crack(fields_.active, sides);
   return {};
 }
 
 std::array<double, 2> CrackStage::sums() const {
-  return sum_over_ranks(surface_.comm(), std::array{state_.burning->cracked_sides, state_.burning->crack_length});
+  return sum_over_ranks(surface_.comm(), std::array{fields_.cracked_sides, fields_.crack_length});
 }
 
 void CrackStage::report(Report& report, const Step& /*step*/) const {
@@ -259,31 +234,27 @@ std::vector<std::string> CrackStage::remarks() const {
                    : std::vector<std::string>();
 }
 
-HeatBalanceStage::HeatBalanceStage(const Surface& surface, const Options& options, State& state)
-    : surface_(surface), options_(options), state_(state) {}
-
 /// Collective.
 FireFigures HeatBalanceStage::figures() const {
-  const BurningFields& fields = *state_.burning;
   double mass = 0;
   for (PetscInt i = 0; i < surface_.particles.owned; ++i) {
-    mass += fields.mass.data()[i];
+    mass += fields_.mass.data()[i];
   }
-  const double content = heat_content(surface_, fields.mass, fields.temperature, options_.heat.capacity);
+  const double content = heat_content(surface_, fields_.mass, fields_.temperature, options_.heat.capacity);
   const std::array<double, 7> sums =
-      sum_over_ranks(surface_.comm(), std::array{mass, fields.mass_burnt, content, fields.heat_in, fields.heat_out,
-                                                 fields.heat_made, fields.heat_initial});
-  set_level(level_, surface_, fields.mass, options_.ablation.loss_mass);
-  const double hottest = largest_drawn(surface_, fields.active, level_, fields.temperature.data());
+      sum_over_ranks(surface_.comm(), std::array{mass, fields_.mass_burnt, content, fields_.heat_in, fields_.heat_out,
+                                                 fields_.heat_made, fields_.heat_initial});
+  set_level(level_, surface_, fields_.mass, options_.ablation.loss_mass);
+  const double hottest = largest_drawn(surface_, fields_.active, level_, fields_.temperature.data());
   return {sums[0], sums[1], sums[2], sums[3], sums[4], sums[5], sums[6], hottest};
 }
 
 StageResult HeatBalanceStage::end(Step& step) {
   step.fire = figures();
   const FireFigures& fire = *step.fire;
-  FireRecord record(state_.burning->fire_record);
+  FireRecord record(fields_.fire_record);
   record.note(state_.time + step.h, fire.mass_left, fire.mass_burnt, fire.temperature_max);
-  state_.burning->fire_record = record.numbers();
+  fields_.fire_record = record.numbers();
 
   // The umbrella makes heat; the consistent operator may make none.
   const double made = options_.heat.operator_name == HeatOperator::umbrella ? fire.heat_made : 0;
@@ -303,7 +274,7 @@ void HeatBalanceStage::report(Report& report, const Step& step) const {
   const FireFigures fire = step.fire ? *step.fire : figures();
   report.add("mass_left", "kg", fire.mass_left);
   report.add("mass_burnt", "kg", fire.mass_burnt);
-  report.add("pieces", "", static_cast<double>(state_.burning->pieces.present.size()));
+  report.add("pieces", "", static_cast<double>(fields_.pieces.present.size()));
   report.add("heat_content", "J", fire.heat_content);
   report.add("heat_in", "J", fire.heat_in);
   report.add("heat_out", "J", fire.heat_out);
@@ -312,7 +283,7 @@ void HeatBalanceStage::report(Report& report, const Step& step) const {
 }
 
 std::vector<std::string> HeatBalanceStage::remarks() const {
-  return fire_remarks(options_, FireRecord(state_.burning->fire_record));
+  return fire_remarks(options_, FireRecord(fields_.fire_record));
 }
 
 }  // namespace world

@@ -17,11 +17,23 @@
 namespace pellicle {
 inline namespace world {
 
-// Stages that heat, burn, cut and crack a surface, of a sheet or of a wall. They work on State::burning. Surface,
-// options, state and clock must outlive them; constructors are collective.
+/// A stage that heats, burns, cuts or cracks a surface, of a sheet or of a wall.
+class FireStage : public Stage {
+ public:
+  /// All must outlive the stage. Collective, as the constructors of its kinds are.
+  FireStage(const Surface& surface, const Options& options, State& state, StageClock& clock)
+      : surface_(surface), options_(options), state_(state), fields_(*state.burning), clock_(clock) {}
+
+ protected:
+  const Surface& surface_;
+  const Options& options_;
+  State& state_;
+  BurningFields& fields_;  ///< of the state
+  StageClock& clock_;
+};
 
 /// Heat from sources, burning, surroundings and bodies, and its conduction (burning paper, section 5).
-class HeatStage : public Stage {
+class HeatStage : public FireStage {
  public:
   /// @throws Error on textures that cannot be read or are asked for on a surface without texture coordinates, and on
   /// contradicting options
@@ -33,10 +45,6 @@ class HeatStage : public Stage {
   std::vector<std::string> first_remarks() const override;
 
  private:
-  const Surface& surface_;
-  const Options& options_;
-  State& state_;
-  StageClock& clock_;
   std::map<std::string, std::vector<double>> source_texture_;  ///< sampled values of the heat textures
   std::vector<Body> bodies_;                                   ///< if any of them exchanges heat
   double resting_gap_ = 0;                                     ///< at which the surface comes to rest on them [m]
@@ -45,7 +53,7 @@ class HeatStage : public Stage {
 };
 
 /// Particles that are hot enough lose mass (burning paper, eq. 4).
-class CombustionStage : public Stage {
+class CombustionStage : public FireStage {
  public:
   /// @throws Error as HeatStage does
   CombustionStage(const Surface& surface, const Options& options, State& state, StageClock& clock, Textures& textures);
@@ -53,37 +61,29 @@ class CombustionStage : public Stage {
   StageResult begin(Step& step) override;
 
  private:
-  const Surface& surface_;
-  const Options& options_;
-  State& state_;
-  StageClock& clock_;
-  Ablation ablation_;
+  Ablation ablation_{surface_, options_.ablation.spring_rule};
   std::vector<double> mass_loss_factor_;  ///< of the local particles, or empty
 };
 
 /// Removes burnt material from the surface (burning paper, section 6), and draws the rest.
-class AblationStage : public Stage {
+class AblationStage : public FireStage {
  public:
-  AblationStage(const Surface& surface, const Options& options, State& state, StageClock& clock);
+  using FireStage::FireStage;
 
   void start() override;
-  void update_derived() override { ablation_.follow_triangles(state_.burning->active); }
+  void update_derived() override { ablation_.follow_triangles(fields_.active); }
   StageResult begin(Step& step) override;
   void draw(Picture& picture) const override;
 
  private:
   void remove_bare_particles(double time);
 
-  const Surface& surface_;
-  const Options& options_;
-  State& state_;
-  StageClock& clock_;
-  Ablation ablation_;
+  Ablation ablation_{surface_, options_.ablation.spring_rule};
   std::vector<double> level_;  ///< see level_set
 };
 
 /// Cracks the surface where its motion has pulled it too hard.
-class CrackStage : public Stage {
+class CrackStage : public FireStage {
  public:
   /// @param motion of the object, which knows the stress
   CrackStage(const Surface& surface, const Options& options, State& state, StageClock& clock, Textures& textures,
@@ -98,20 +98,16 @@ class CrackStage : public Stage {
   /// Sides that have cracked and their undeformed length [m], of all ranks. Collective.
   std::array<double, 2> sums() const;
 
-  const Surface& surface_;
-  const Options& options_;
-  State& state_;
-  StageClock& clock_;
-  Ablation ablation_;
+  Ablation ablation_{surface_, options_.ablation.spring_rule};
   Cracks cracks_;
   MotionStage& motion_;
 };
 
 /// Refuses a step whose heat does not add up: the heat content must be the initial content plus the heat that came in
 /// and was made, less the heat that went out. It also keeps the course of the fire, for remarks.
-class HeatBalanceStage : public Stage {
+class HeatBalanceStage : public FireStage {
  public:
-  HeatBalanceStage(const Surface& surface, const Options& options, State& state);
+  using FireStage::FireStage;
 
   StageResult end(Step& step) override;
   void report(Report& report, const Step& step) const override;
@@ -120,9 +116,6 @@ class HeatBalanceStage : public Stage {
  private:
   FireFigures figures() const;
 
-  const Surface& surface_;
-  const Options& options_;
-  State& state_;
   mutable std::vector<double> level_;  ///< see level_set; kept so that a step allocates nothing
 };
 

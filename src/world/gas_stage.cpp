@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <utility>
 
+#include "geometry/pressure_load.h"
 #include "io/console.h"
 #include "parallel/collective.h"
 #include "surface/split_corners.h"
@@ -18,13 +18,13 @@ inline namespace world {
 
 namespace {
 
-/// How many chambers there were before any was cut in two; they come first.
-int chambers_at_first(const Chambers& chambers) {
-  int count = 0;
-  while (count < chambers.count() && chambers.was_there_at_first(count)) {
-    ++count;
-  }
-  return count;
+/// Where the wall of a chamber is open: id of the element or vertex, place, number of the chamber.
+using Opening = std::array<double, 5>;
+
+/// The one with the least id of all ranks. Collective.
+Opening first_of_all(MPI_Comm comm, const Opening& of_rank) {
+  const std::vector<Opening> all = of_all_ranks(comm, std::vector{of_rank});
+  return *std::min_element(all.begin(), all.end());
 }
 
 }  // namespace
@@ -81,8 +81,7 @@ StageResult GasStage::begin(Step& step) {
     ChamberWalls walls =
         chambers_.walls(*state_.gas, state_.position, gravity_of_gas(options_), state_.time_of_loads());
     if (state_.burning) {
-      gas_heat_.begin_step(chambers_, *state_.gas, surface_, state_.position, *state_.burning, options_.heat.capacity,
-                           step.h, walls);
+      begin_wall_heat(step.h, walls);
     }
     gas_step_ = {state_.gas, walls, fraction * step.h};
   }
@@ -96,10 +95,10 @@ StageResult GasStage::end(Step& step) {
   }
   const Eigen::VectorXd wall_heat = state_.gas->wall_heat;
   *state_.gas = filled_->end_gas(state_.position);
-  gas_step_ = {state_.gas};
   if (state_.burning) {
-    result.reason = gas_heat_.end_step(chambers_, state_.gas->wall_heat - wall_heat, *state_.burning);
+    result.reason = end_wall_heat(step.h, state_.gas->wall_heat - wall_heat);
   }
+  gas_step_ = {state_.gas};
   if (result.reason.empty()) {
     result.reason = chambers_.imbalance(*state_.gas, chambers_.volumes(state_.position), state_.time + step.h);
   }
@@ -109,13 +108,82 @@ StageResult GasStage::end(Step& step) {
   return result;
 }
 
+/// Finds the heat between gas and walls that have temperatures, for a step of length h [s]. A particle i with a
+/// fraction a of a chamber's walls gives h k a/(1 + h k a/(c m)) (T_i - T_gas), with the heat transfer coefficient k,
+/// as if its own temperature changed implicitly too; the gas receives the sum. @param walls their heat is set
+void GasStage::begin_wall_heat(double h, ChamberWalls& walls) {
+  const BurningFields& fields = *state_.burning;
+  std::map<std::pair<PetscInt, int>, double> areas;
+  for (std::size_t triangle = 0; triangle < surface_.triangles.size(); ++triangle) {
+    const int wall = chambers_.of_triangle(static_cast<PetscInt>(triangle));
+    if (wall < 0) {
+      continue;
+    }
+    const auto& [a, b, c] = surface_.triangles[triangle];
+    const double area =
+        area_vector(state_.position.vector(a), state_.position.vector(b), state_.position.vector(c)).norm();
+    for (const int side : {state_.gas->gas_inside(wall), state_.gas->gas_outside(wall)}) {
+      for (const PetscInt corner : {a, b, c}) {
+        if (side >= 0 && chambers_.heat_transfer(side) > 0 && corner < surface_.particles.owned &&
+            fields.mass.data()[corner] > 0) {
+          areas[{corner, side}] += area / 3;
+        }
+      }
+    }
+  }
+  wall_shares_.clear();
+  Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(chambers_.count(), 2);
+  for (const auto& [at, area] : areas) {
+    const auto [particle, chamber] = at;
+    const double bare = chambers_.heat_transfer(chamber) * area;
+    const double conductance = bare / (1 + h * bare / (options_.heat.capacity * fields.mass.data()[particle]));
+    wall_shares_.push_back({particle, chamber, conductance});
+    sums(chamber, 0) += conductance;
+    sums(chamber, 1) += conductance * fields.temperature.data()[particle];
+  }
+  sum_over_ranks(surface_.comm(), sums);
+  walls.conductance = sums.col(0);
+  walls.temperature = (sums.col(0).array() > 0).select(sums.col(1).cwiseQuotient(sums.col(0)), walls.temperature);
+}
+
+/// Takes the heat that the gas has received from the particles, or gives them what it has lost.
+/// @param given to the gas of each chamber in the step [J]
+/// @returns in words where the two do not agree to 1e-10; empty: everywhere
+std::string GasStage::end_wall_heat(double h, const Eigen::VectorXd& given) {
+  BurningFields& fields = *state_.burning;
+  // A row a chamber: the heat that walls and gas have received together, which should be 0, and the sum of the heat
+  // that was exchanged [J].
+  Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(given.size(), 2);
+  for (const auto& [particle, chamber, conductance] : wall_shares_) {
+    double& temperature = fields.temperature.data()[particle];
+    const ChamberWalls& walls = gas_step_.walls;
+    const double gas = walls.temperature[chamber] - given[chamber] / (h * walls.conductance[chamber]);
+    const double heat = h * conductance * (gas - temperature);  // into the wall [J]
+    temperature += heat / (options_.heat.capacity * fields.mass.data()[particle]);
+    (heat > 0 ? fields.heat_in : fields.heat_out) += std::abs(heat);
+    sums(chamber, 0) += heat;
+    sums(chamber, 1) += std::abs(heat);
+  }
+  fields.temperature.update_ghosts();
+  sum_over_ranks(surface_.comm(), sums);
+  constexpr double tolerance = 1e-10;
+  for (Eigen::Index chamber = 0; chamber < given.size(); ++chamber) {
+    const double rest = sums(chamber, 0) + given[chamber];
+    if (!(std::abs(rest) <= tolerance * (sums(chamber, 1) + std::abs(given[chamber])))) {
+      return fmt::format("the ledger of the heat between chamber {} and walls is off by {:.2g} J of {:.2g} J",
+                         chambers_.name(static_cast<int>(chamber)), rest, std::abs(given[chamber]));
+    }
+  }
+  return "";
+}
+
 void GasStage::report(Report& report, const Step& /*step*/) const {
   // Several chambers: volumes and amounts add up, pressures and temperatures are means by volume.
-  const int several = chambers_at_first(chambers_);
   const Eigen::VectorXd walls = chambers_.volumes(state_.position);
   const Eigen::VectorXd volumes = exchange().gas_volumes(walls);
   std::vector<GasState> states = chambers_.states(exchange(), walls, state_.time_of_loads());
   GasState all;
+  int at_first = 0;  // chambers before any was cut in two; they come first
   double initial_volume = 0;
   double energy = 0;  // of the joined chambers
   for (int chamber = 0; chamber < chambers_.count(); ++chamber) {
@@ -129,6 +197,7 @@ void GasStage::report(Report& report, const Step& /*step*/) const {
     all.temperature += fraction * gas.temperature;
     if (chambers_.was_there_at_first(chamber)) {
       initial_volume += chambers_.initial_volume(chamber);
+      ++at_first;
     }
     if (chambers_.is_joined(chamber)) {
       energy += gas.amount * chambers_.heat_capacity(chamber) * gas.temperature;
@@ -140,7 +209,7 @@ void GasStage::report(Report& report, const Step& /*step*/) const {
   report.add("gas_absolute_pressure", "Pa", all.absolute_pressure);
   report.add("gas_amount", "mol", all.amount);
   report.add("gas_temperature", "K", all.temperature);
-  for (int chamber = 0; chamber < (several > 1 ? several : 0); ++chamber) {
+  for (int chamber = 0; chamber < (at_first > 1 ? at_first : 0); ++chamber) {
     const std::string& name = chambers_.name(chamber);
     const std::string owner = "chambers." + name;
     report.add("gas_volume_" + name, "m^3", states[chamber].volume, owner);
@@ -224,38 +293,27 @@ std::string GasStage::open_wall(bool can_crack) const {
 
 /// Names a chamber that needs a closed surface but has a burnt hole, and its place; empty: there is none.
 std::string GasStage::burnt_hole() const {
-  const BurningFields& fields = *state_.burning;
-  constexpr PetscInt none = std::numeric_limits<PetscInt>::max();
-  const auto per_element = static_cast<std::size_t>(surface_.triangles_per_element);
-  const auto chamber_of = [&](std::size_t e) { return chambers_.of_triangle(static_cast<PetscInt>(per_element * e)); };
-  PetscInt least = none;
-  std::size_t found = 0;
+  const PetscInt per_element = surface_.triangles_per_element;
+  Opening first{HUGE_VAL};
   for (PetscInt e = 0; e < surface_.elements.owned; ++e) {
-    if (fields.burn_time[e] >= 0 && surface_.element_id[e] < least && chamber_of(e) >= 0 &&
-        chambers_.needs_closed_wall(chamber_of(e))) {
-      least = surface_.element_id[e];
-      found = e;
+    const int chamber = chambers_.of_triangle(per_element * e);
+    if (state_.burning->burn_time[e] >= 0 && surface_.element_id[e] < first[0] && chamber >= 0 &&
+        chambers_.needs_closed_wall(chamber)) {
+      Eigen::Vector3d x = Eigen::Vector3d::Zero();
+      for (PetscInt t = per_element * e; t < per_element * (e + 1); ++t) {
+        for (const PetscInt point : surface_.triangles[t]) {
+          x += state_.position.vector(point) / static_cast<double>(3 * per_element);
+        }
+      }
+      first = {static_cast<double>(surface_.element_id[e]), x[0], x[1], x[2], static_cast<double>(chamber)};
     }
   }
-  PetscInt first = least;
-  first = min_over_ranks(surface_.comm(), first);
-  if (first == none) {
+  if (!on_any_rank(surface_.comm(), first[0] < HUGE_VAL)) {
     return "";
   }
-  std::array<double, 4> place{};  // centre, chamber: of the rank that has it
-  if (least == first) {
-    Eigen::Vector3d x = Eigen::Vector3d::Zero();
-    for (std::size_t t = per_element * found; t < per_element * (found + 1); ++t) {
-      for (const PetscInt point : surface_.triangles[t]) {
-        x += state_.position.vector(point) / static_cast<double>(3 * per_element);
-      }
-    }
-    place = {x[0], x[1], x[2], static_cast<double>(chamber_of(found))};
-  }
-  place = sum_over_ranks(surface_.comm(), place);
-  std::string text = fmt::format(" is open: element {} at ({:.4g}, {:.4g}, {:.4g}) m has burnt through",
-                                 static_cast<int>(first), place[0], place[1], place[2]);
-  return "chamber " + chambers_.name(static_cast<int>(place[3])) + text;
+  const auto [id, x, y, z, chamber] = first_of_all(surface_.comm(), first);
+  return fmt::format("chamber {} is open: element {} at ({:.4g}, {:.4g}, {:.4g}) m has burnt through",
+                     chambers_.name(static_cast<int>(chamber)), static_cast<int>(id), x, y, z);
 }
 
 /// Names a chamber that needs a closed surface which cracks have parted, and the place; empty: there is none.
@@ -276,7 +334,7 @@ std::string GasStage::torn_wall() const {
       }
     }
   }
-  std::array<double, 5> first{HUGE_VAL};  // id, place and chamber
+  Opening first{HUGE_VAL};
   for (const SplitCorners::Copy& copy : corners.copies) {
     if (const auto found = chamber_of.find(copy.original); found != chamber_of.end()) {
       const double id = surface_.persistent_id[copy.original];
@@ -284,17 +342,15 @@ std::string GasStage::torn_wall() const {
       first = std::min(first, {id, x[0], x[1], x[2], static_cast<double>(found->second)});
     }
   }
-  const std::vector<std::array<double, 5>> all = of_all_ranks(surface_.comm(), std::vector{first});
-  const auto& [id, x, y, z, chamber] = *std::min_element(all.begin(), all.end());
+  const auto [id, x, y, z, chamber] = first_of_all(surface_.comm(), first);
   if (id == HUGE_VAL) {
     return "";
   }
   // A coordinate that is rounding is 0, so that the words do not depend on the ranks.
   const double rounding = 1e-9 * std::hypot(x, y, z);
   const auto shown = [rounding](double coordinate) { return std::abs(coordinate) < rounding ? 0.0 : coordinate; };
-  std::string text = fmt::format(" is open: it has torn at vertex {} at ({:.4g}, {:.4g}, {:.4g}) m",
-                                 static_cast<int>(id), shown(x), shown(y), shown(z));
-  return "chamber " + chambers_.name(static_cast<int>(chamber)) + text;
+  return fmt::format("chamber {} is open: it has torn at vertex {} at ({:.4g}, {:.4g}, {:.4g}) m",
+                     chambers_.name(static_cast<int>(chamber)), static_cast<int>(id), shown(x), shown(y), shown(z));
 }
 
 }  // namespace world

@@ -6,7 +6,6 @@
 #include "equilibrium/step_gas.h"
 #include "equilibrium/time_scheme.h"
 #include "gas/chambers.h"
-#include "world/gas_heat.h"
 #include "world/options.h"
 #include "world/stage.h"
 #include "world/state.h"
@@ -25,7 +24,6 @@ class GasStage : public Stage {
            const Eigen::Vector3d& origin = Eigen::Vector3d::Zero(), const SymmetryPlanes& planes = {});
 
   const Chambers& chambers() const { return chambers_; }
-  const State& state() const { return state_; }
   /// Data of the gas in the step in progress.
   GasStep& step() { return gas_step_; }
   /// Sets the gas in the balance, from which the stage takes the mass that has come into the chambers. It must outlive
@@ -51,6 +49,15 @@ class GasStage : public Stage {
   std::string open_wall(bool can_crack) const;
 
  private:
+  /// Heat that a particle of the wall gives to the gas of a chamber.
+  struct WallShare {
+    PetscInt particle;
+    int chamber;
+    double conductance;  ///< [W/K]
+  };
+
+  void begin_wall_heat(double h, ChamberWalls& walls);
+  std::string end_wall_heat(double h, const Eigen::VectorXd& given);
   std::vector<bool> opened() const;
   std::vector<std::string> newly_open(const std::vector<bool>& before, double time) const;
   std::string burnt_hole() const;
@@ -62,8 +69,8 @@ class GasStage : public Stage {
   TimeIntegrator integrator_;
   Chambers chambers_;
   GasStep gas_step_;
-  GasHeat gas_heat_;
-  GasFilled* filled_ = nullptr;  ///< null: nothing presses
+  std::vector<WallShare> wall_shares_;  ///< of the owned particles, if they have temperatures
+  GasFilled* filled_ = nullptr;         ///< null: nothing presses
   bool pushes_unevenly_;
   Field uneven_;              ///< see uneven_forces
   Field between_;             ///< positions at which these act

@@ -1,13 +1,11 @@
 #include "world/group.h"
 
 #include <algorithm>
-#include <cmath>
+#include <optional>
 #include <utility>
 
-#include "base/error.h"
-#include "base/units.h"
+#include "contact/crack_faces.h"
 #include "contact/crossings.h"
-#include "world/contact_of_object.h"
 #include "world/contact_start.h"
 
 namespace pellicle {
@@ -18,13 +16,7 @@ Group::Group(GroupPlan plan, std::vector<Object*> objects)
       objects_(std::move(objects)),
       clock_({"implicit step"}),
       clock_of_balance_(plan_.is_single() ? &objects_.front()->clock() : &clock_) {
-  std::vector<Object*> starting;
-  for (std::size_t i = 0; i < objects_.size(); ++i) {
-    if (plan_.touches[i]) {
-      starting.push_back(objects_[i]);
-    }
-  }
-  if (!starting.empty() && objects_.front()->state().step == 0) {
+  if (const std::vector<Object*> starting = touching(); !starting.empty() && objects_.front()->state().step == 0) {
     start_line_ = settle_start(plan_.contact, starting);
   }
   equilibrium();  // What is wrong with links is said before anything is written.
@@ -53,6 +45,17 @@ std::vector<std::size_t> Group::present() const {
     }
   }
   return present;
+}
+
+/// The objects that touch each other and are not gone.
+std::vector<Object*> Group::touching() const {
+  std::vector<Object*> touching;
+  for (const std::size_t i : present()) {
+    if (plan_.touches[i]) {
+      touching.push_back(objects_[i]);
+    }
+  }
+  return touching;
 }
 
 /// Made anew whenever an object has been numbered anew or is gone. @returns null: nothing is left
@@ -85,7 +88,7 @@ StepResult Group::advance(double h) {
   }
   const auto is_good = [&](std::size_t i, const StageResult& result) {
     all.converged = result.converged;
-    all.reason = result.converged ? "" : heading(i) + result.reason;
+    all.reason = result.converged ? "" : heading_of(plan_.names[i]) + result.reason;
     return result.converged;
   };
   const std::vector<std::size_t> present = this->present();
@@ -130,13 +133,17 @@ StepResult Group::advance(double h) {
 }
 
 void Group::accept() {
-  std::vector<Object*> touching;
-  for (const std::size_t i : present()) {
-    if (plan_.touches[i]) {
-      touching.push_back(objects_[i]);
+  const std::vector<Object*> touching = this->touching();
+  if (std::any_of(touching.begin(), touching.end(),
+                  [](const Object* object) { return !object->fresh_crack_faces().empty(); })) {
+    std::vector<CrackedSurface> surfaces;
+    for (Object* object : touching) {
+      const Motion& motion = object->motion();
+      surfaces.push_back({motion.contact_part(), motion.active(), motion.constrained(), object->fresh_crack_faces(),
+                          object->state().position});
     }
+    separate_crack_faces(surfaces);
   }
-  separate_crack_faces(touching);
   if (equilibrium_ != nullptr) {
     std::vector<std::pair<Object*, std::vector<double>>> loads;
     for (Object* object : touching) {
@@ -183,11 +190,8 @@ Report Group::report() const {
   report.add("residual_over_tolerance", "", last_.over_tolerance);
   if (plan_.contact.check) {
     std::vector<PlacedSurface> surfaces;
-    for (const std::size_t i : present()) {
-      if (plan_.touches[i]) {
-        const Object& object = *objects_[i];
-        surfaces.push_back({object.surface(), object.state().position, object.state().active_triangles()});
-      }
+    for (const Object* object : touching()) {
+      surfaces.push_back({object->surface(), object->state().position, object->state().active_triangles()});
     }
     const Crossings crossings = surfaces.empty() ? Crossings() : find_crossings(surfaces);
     report.add("crossings", "", static_cast<double>(crossings.pairs));

@@ -1,9 +1,6 @@
 #pragma once
 
-#include <algorithm>
-#include <deque>
 #include <memory>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -11,9 +8,8 @@
 #include "base/stage_clock.h"
 #include "equilibrium/equilibrium.h"
 #include "world/object.h"
-#include "world/options.h"
 #include "world/run_plan.h"
-#include "world/step_result.h"
+#include "world/stage.h"
 
 namespace pellicle {
 inline namespace world {
@@ -40,8 +36,8 @@ class Group {
 
  private:
   std::vector<std::size_t> present() const;
+  std::vector<Object*> touching() const;
   Equilibrium* equilibrium();
-  std::string heading(std::size_t i) const { return heading_of(plan_.names[i]); }
 
   GroupPlan plan_;
   std::vector<Object*> objects_;

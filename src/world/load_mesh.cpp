@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "meshing/mesh_options.h"
 #include "meshing/triangulation.h"
 #include "state/hdf5_file.h"
 #include "state/mesh_tables.h"
@@ -13,35 +14,7 @@
 namespace pellicle {
 inline namespace world {
 
-CheckedMesh load_mesh(MPI_Comm comm, const MeshOptions& options) {
-  CheckedMesh checked;
-  on_root(comm, [&] { checked = make_checked_mesh(options); });
-  return checked;
-}
-
 namespace {
-
-/// The options that put a picture on the mesh: the key of each and its file.
-std::vector<std::pair<std::string, std::string>> texture_files(const Options& options) {
-  std::vector<std::pair<std::string, std::string>> files;
-  if (options.chain == ChainKind::burn) {
-    files = {{"combustion.mass_loss_texture", options.combustion.mass_loss_texture},
-             {"heat.diffusivity_texture", options.heat.diffusivity_texture},
-             {"project.weight_texture", options.project.weight_texture},
-             {"ablation.strength_texture", options.ablation.strength_texture},
-             {"sheet.tensile_texture", options.material.tensile_texture},
-             {"sheet.shear_texture", options.material.shear_texture},
-             {"sheet.bending_texture", options.material.bending_texture}};
-    for (const auto& [name, source] : options.heat.sources) {
-      files.emplace_back("heat.sources." + name + ".file", source.file);
-    }
-  } else {
-    files = {{"wall.thickness_texture", options.wall.thickness_texture}};
-  }
-  const auto is_empty = [](const auto& key_and_file) { return key_and_file.second.empty(); };
-  files.erase(std::remove_if(files.begin(), files.end(), is_empty), files.end());
-  return files;
-}
 
 /// Describes the fault that a chamber needs a volume, which an open mesh does not have; empty if none does. Chambers
 /// that name their pieces are left to `Chambers`.
@@ -59,13 +32,30 @@ std::string fault_of_chambers(const Options& options) {
   return "";
 }
 
-/// Names the options that a mesh without texture coordinates makes impossible.
+/// Names the options that a mesh without texture coordinates makes impossible: those that put a picture on it.
 std::vector<std::string> faults_without_uv(const Options& options) {
+  std::vector<std::pair<std::string, std::string>> pictures;  // the key of each and its file, or none
+  if (options.chain == ChainKind::burn) {
+    pictures = {{"combustion.mass_loss_texture", options.combustion.mass_loss_texture},
+                {"heat.diffusivity_texture", options.heat.diffusivity_texture},
+                {"project.weight_texture", options.project.weight_texture},
+                {"ablation.strength_texture", options.ablation.strength_texture},
+                {"sheet.tensile_texture", options.material.tensile_texture},
+                {"sheet.shear_texture", options.material.shear_texture},
+                {"sheet.bending_texture", options.material.bending_texture}};
+    for (const auto& [name, source] : options.heat.sources) {
+      pictures.emplace_back("heat.sources." + name + ".file", source.file);
+    }
+  } else {
+    pictures = {{"wall.thickness_texture", options.wall.thickness_texture}};
+  }
   std::vector<std::string> faults;
-  for (const auto& [key, file] : texture_files(options)) {
-    faults.push_back(key + ": " + file +
-                     " needs texture coordinates, and the mesh has none, expected a mesh with them" +
-                     (key.find("heat.sources.") == 0 ? "" : " or -" + command_line_name(key) + " \"\""));
+  for (const auto& [key, file] : pictures) {
+    if (!file.empty()) {
+      faults.push_back(key + ": " + file +
+                       " needs texture coordinates, and the mesh has none, expected a mesh with them" +
+                       (key.find("heat.sources.") == 0 ? "" : " or -" + command_line_name(key) + " \"\""));
+    }
   }
   return faults;
 }
@@ -79,6 +69,53 @@ void refuse(const std::string& summary, const std::vector<std::string>& faults) 
   if (!line.empty()) {
     throw Error(summary + line);
   }
+}
+
+/// Refuses a mesh on which the run's chain cannot be built, or to which its textures cannot be put.
+/// @throws Error, one line that describes the mesh and names all its faults
+void require_fit(const CheckedMesh& checked, const Options& options) {
+  std::vector<std::string> faults;
+  if (options.chain == ChainKind::burn) {
+    faults.push_back(fault_of_quads(checked.mesh));
+  }
+  if (checked.report.boundary_edges > 0) {
+    faults.push_back(fault_of_chambers(options));
+  }
+  if (checked.mesh.uv.empty()) {
+    const std::vector<std::string> of_textures = faults_without_uv(options);
+    faults.insert(faults.end(), of_textures.begin(), of_textures.end());
+  }
+  const auto is_fault = [](const std::string& fault) { return !fault.empty(); };
+  if (std::any_of(faults.begin(), faults.end(), is_fault)) {
+    faults.insert(faults.end(), checked.mesh.remarks.begin(), checked.mesh.remarks.end());
+  }
+  refuse(checked.report.summary(), faults);
+}
+
+/// See LoadedMesh::lines.
+std::vector<std::string> mesh_lines(const MeshReport& report, const Options& options) {
+  std::vector<std::string> lines{report.summary()};
+  const std::vector<std::string> remarks = report.remarks();
+  lines.insert(lines.end(), remarks.begin(), remarks.end());
+  if (options.chain == ChainKind::inflate && report.boundary_edges > 0) {
+    lines.push_back(
+        "warning: an open mesh under chain: inflate: unless symmetry planes close it, its gas needs a "
+        "prescribed pressure, or hole_discharge to flow through what is open");
+  }
+  const auto inner_chambers = std::count_if(options.chambers.begin(), options.chambers.end(),
+                                            [](const auto& chamber) { return !chamber.second.inside.empty(); });
+  if (const int count = report.nested.count; count > inner_chambers) {
+    const auto [inner, outer] = report.nested.first;
+    const std::string of_outer = " (of vertex " + std::to_string(outer) + ")";
+    lines.push_back("warning: " +
+                    (count == 1
+                         ? "a closed piece (of vertex " + std::to_string(inner) + ") lies inside another" + of_outer
+                         : std::to_string(count) + " closed pieces (the first of vertex " + std::to_string(inner) +
+                               ") lie inside others" + of_outer) +
+                    ": the volume is the sum of theirs, and the gas round the inner wall does not press on it, unless "
+                    "chambers say so (chambers.NAME.vertex, and inside of the inner one)");
+  }
+  return lines;
 }
 
 /// Collective.
@@ -113,8 +150,9 @@ LoadedMesh load_mesh(MPI_Comm comm, const Options& options) {
   if (options.mesh.has_partition()) {
     return read_mesh_file(comm, options);
   }
-  CheckedMesh checked = load_mesh(comm, options.mesh);
+  CheckedMesh checked;
   on_root(comm, [&] {
+    checked = make_checked_mesh(options.mesh);
     if (!options.mesh_only) {
       require_fit(checked, options);
     }
@@ -123,50 +161,6 @@ LoadedMesh load_mesh(MPI_Comm comm, const Options& options) {
     }
   });
   return {rows_of(comm, checked.mesh), mesh_lines(checked.report, options), {checked.report.quality()}};
-}
-
-void require_fit(const CheckedMesh& checked, const Options& options) {
-  std::vector<std::string> faults;
-  if (options.chain == ChainKind::burn) {
-    faults.push_back(fault_of_quads(checked.mesh));
-  }
-  if (checked.report.boundary_edges > 0) {
-    faults.push_back(fault_of_chambers(options));
-  }
-  if (checked.mesh.uv.empty()) {
-    const std::vector<std::string> of_textures = faults_without_uv(options);
-    faults.insert(faults.end(), of_textures.begin(), of_textures.end());
-  }
-  const auto is_fault = [](const std::string& fault) { return !fault.empty(); };
-  if (std::any_of(faults.begin(), faults.end(), is_fault)) {
-    faults.insert(faults.end(), checked.mesh.remarks.begin(), checked.mesh.remarks.end());
-  }
-  refuse(checked.report.summary(), faults);
-}
-
-std::vector<std::string> mesh_lines(const MeshReport& report, const Options& options) {
-  std::vector<std::string> lines{report.summary()};
-  const std::vector<std::string> remarks = report.remarks();
-  lines.insert(lines.end(), remarks.begin(), remarks.end());
-  if (options.chain == ChainKind::inflate && report.boundary_edges > 0) {
-    lines.push_back(
-        "warning: an open mesh under chain: inflate: unless symmetry planes close it, its gas needs a "
-        "prescribed pressure, or hole_discharge to flow through what is open");
-  }
-  const auto inner_chambers = std::count_if(options.chambers.begin(), options.chambers.end(),
-                                            [](const auto& chamber) { return !chamber.second.inside.empty(); });
-  if (const int count = report.nested.count; count > inner_chambers) {
-    const auto [inner, outer] = report.nested.first;
-    const std::string of_outer = " (of vertex " + std::to_string(outer) + ")";
-    lines.push_back("warning: " +
-                    (count == 1
-                         ? "a closed piece (of vertex " + std::to_string(inner) + ") lies inside another" + of_outer
-                         : std::to_string(count) + " closed pieces (the first of vertex " + std::to_string(inner) +
-                               ") lie inside others" + of_outer) +
-                    ": the volume is the sum of theirs, and the gas round the inner wall does not press on it, unless "
-                    "chambers say so (chambers.NAME.vertex, and inside of the inner one)");
-  }
-  return lines;
 }
 
 std::string partition_line(const Surface& points) {

@@ -12,16 +12,10 @@
 namespace pellicle {
 inline namespace world {
 
-/// Reads or generates the mesh on rank 0, checks it, repairs faults that can be repaired and scales it to its volume.
-/// Collective.
-/// @returns on rank 0 the mesh and its report, elsewhere empty ones
-/// @throws Error, on all ranks, see make_checked_mesh
-CheckedMesh load_mesh(MPI_Comm comm, const MeshOptions& options);
-
 /// A mesh as rows, and the lines that describe it.
 struct LoadedMesh {
   MeshRows rows;
-  std::vector<std::string> lines;    ///< see mesh_lines
+  std::vector<std::string> lines;    ///< for the log and the record of a run: the summary, then repairs and warnings
   std::vector<std::string> figures;  ///< MeshReport::quality; none of a file that has been checked before
 };
 
@@ -36,13 +30,6 @@ LoadedMesh load_mesh(MPI_Comm comm, const Options& options);
 std::string mesh_file_name(const OutputOptions& options, const std::string& object);
 /// The group of its tables.
 inline constexpr const char* mesh_file_group = "mesh";
-
-/// Refuses a mesh on which the run's chain cannot be built, or to which its textures cannot be put. Not collective.
-/// @throws Error, one line that describes the mesh and names all its faults
-void require_fit(const CheckedMesh& checked, const Options& options);
-
-/// The lines about a mesh in the log and the record of a run: the summary, then repairs and warnings.
-std::vector<std::string> mesh_lines(const MeshReport& report, const Options& options);
 
 /// "ranks: 4; partition: edge cut 83, imbalance 1.010"
 std::string partition_line(const Surface& points);

@@ -6,16 +6,14 @@
 #include <utility>
 #include <variant>
 
+#include "contact/body_contact.h"
+#include "contact/crossings.h"
 #include "parallel/collective.h"
 #include "state/field_tables.h"
 #include "surface/split_corners.h"
-#include "world/contact_of_object.h"
 #include "world/contact_start.h"
 #include "world/load_mesh.h"
-#include "world/non_finite.h"
-#include "world/renumbering.h"
-#include "world/step_reach.h"
-#include "world/work.h"
+#include "world/state_checks.h"
 
 namespace pellicle {
 inline namespace world {
@@ -24,10 +22,10 @@ namespace {
 
 /// The state of an object from its group of a checkpoint. Collective.
 std::unique_ptr<State> read_state(const Hdf5File& checkpoint, const std::string& group, const Chain& chain,
-                                  const Surface& surface) {
+                                  const Options& options, const Surface& surface) {
   const std::string table = group + "/state";
   const auto chambers = static_cast<int>(checkpoint.read_all<double>(table + "/once/pressure").size());
-  std::unique_ptr<State> state = chain.make_state(surface, chambers);
+  auto state = std::make_unique<State>(surface, options, chambers);
   read_fields(checkpoint, table, *state, surface.persistent_id, chain.element_ids(surface));
   return state;
 }
@@ -56,6 +54,48 @@ void report_bodies(Report& report, const std::vector<Body>& bodies, const std::v
     report.add("force_" + bodies[b].name + "_y", "N", load.force.y(), owner);
     report.add("force_" + bodies[b].name + "_z", "N", load.force.z(), owner);
     report.add("gap_" + bodies[b].name, "m", load.gap, owner);
+  }
+}
+
+/// Adds the works that an object with these options can have, such as gravity_work. @param works since time 0 [J]
+void report_work(Report& report, const Options& options, const Eigen::VectorXd& works) {
+  const std::array<std::pair<const char*, bool>, kinds_of_work> kinds{
+      // column and whether it applies, as in Work
+      {{"gravity_work", true},
+       {"damping_work", true},
+       {"pin_work", !options.pins.empty()},
+       {"pressure_work", !options.chambers.empty()},
+       {"body_work", !options.bodies.empty() && balances_bodies(options)},
+       {"air_work", options.force.air.density > 0},
+       {"load_work", !options.attachments.empty() || !options.forces.empty()}}};
+  for (int kind = 0; kind < kinds_of_work; ++kind) {
+    if (const auto& [column, applies] = kinds[kind]; applies) {
+      report.add(column, "J", works[kind]);
+    }
+  }
+}
+
+/// Adds how an object touches itself. Collective. @param apart see Object::report
+/// @param figures at the end of the last step, if there was one
+void report_contact(Report& report, const ContactOptions& options, bool apart,
+                    const std::optional<ContactFigures>& figures, const Surface& surface, const State& state) {
+  if (options.self && !apart) {
+    const ContactFigures last = figures ? *figures : ContactFigures{0, contact_thickness(surface, options)};
+    report.add("self_contacts", "", static_cast<double>(last.contacts));
+    report.add("smallest_gap", "m", last.smallest_gap);
+    report.add("contact_energy", "J", last.energy);
+    report.add("contact_searches", "", static_cast<double>(last.searches));
+    report.add("room_used", "", last.room_used);
+  }
+  if (options.self) {
+    report.add("contact_work", "J", state.contact_work);
+    report.add("friction_work", "J", state.friction_work);
+  }
+  if (options.check && !apart) {
+    const Crossings crossings = find_crossings({{surface, state.position, state.active_triangles()}});
+    report.add("crossings", "", static_cast<double>(crossings.pairs));
+    report.add("crossing_element_1", "", static_cast<double>(crossings.elements[0]));
+    report.add("crossing_element_2", "", static_cast<double>(crossings.elements[1]));
   }
 }
 
@@ -101,7 +141,7 @@ Object::Object(std::string name, Options options, const Hdf5File& checkpoint)
       clock_(chain_->clock_names()),
       surface_(chain_->read_surface(checkpoint, group())),
       textures_(checkpoint.comm()),
-      state_(read_state(checkpoint, group(), *chain_, *surface_)) {
+      state_(read_state(checkpoint, group(), *chain_, options_, *surface_)) {
   make_stages();
   update_derived();
   find_end();
@@ -191,10 +231,7 @@ void Object::accept(double time) {
     news_.push_back({line});
   }
   find_end();
-  if (!ended_.empty()) {
-    return;
-  }
-  if (!step_.has_cracked && !step_.has_burnt) {
+  if (!ended_.empty() || (!step_.has_cracked && !step_.has_burnt)) {
     return;
   }
   const auto timer = clock_.time(chain_->renumbering());
@@ -231,12 +268,20 @@ void Object::divide() {
 /// Splits the vertices at which cracks have separated the surface.
 void Object::split() {
   const SplitCorners corners = find_split_corners(*surface_, state_->burning->active);
-  if (corners.count > 0) {
-    const auto [particles, copies, elements] = packed(*state_, *surface_, corners);
-    crack_faces_ = find_crack_faces(*surface_, corners);
-    transfer(chain_->split(*surface_, corners, particles, copies, elements));
-    update_pieces(state_->burning->pieces, *surface_, state_->burning->active, state_->time);
+  if (corners.count == 0) {
+    return;
   }
+  Records particles(state_->record_size(Item::particle), surface_->particles.owned);
+  for (PetscInt i = 0; i < particles.count(); ++i) {
+    state_->pack(Item::particle, i, particles.at(i), corners.fraction[i]);
+  }
+  Records copies(particles.bytes(), static_cast<PetscInt>(corners.copies.size()));
+  for (PetscInt k = 0; k < copies.count(); ++k) {
+    state_->pack(Item::particle, corners.copies[k].original, copies.at(k), corners.copies[k].fraction);
+  }
+  crack_faces_ = find_crack_faces(*surface_, corners);
+  transfer(chain_->split(*surface_, corners, particles, copies, packed(*state_, Item::cell, surface_->elements.owned)));
+  update_pieces(state_->burning->pieces, *surface_, state_->burning->active, state_->time);
 }
 
 void Object::spread(const std::vector<double>& load) {
@@ -248,8 +293,14 @@ void Object::spread(const std::vector<double>& load) {
 
 /// Continues with a surface that was made from the present one, and the data that came with its items.
 void Object::transfer(MovedSurface moved) {
-  std::unique_ptr<State> state = chain_->make_state(*moved.surface, static_cast<int>(state_->pressure.size()));
-  pellicle::transfer(*state, *state_, moved.particles, moved.elements);
+  auto state = std::make_unique<State>(*moved.surface, options_, static_cast<int>(state_->pressure.size()));
+  state->transfer(*state_);
+  for (PetscInt i = 0; i < moved.particles.count(); ++i) {
+    state->unpack(Item::particle, i, moved.particles.at(i));
+  }
+  for (PetscInt i = 0; i < moved.elements.count(); ++i) {
+    state->unpack(Item::cell, i, moved.elements.at(i));
+  }
   stages_ = {};
   kept_.reset();
   whole_.reset();
@@ -264,13 +315,13 @@ void Object::find_end() {
   ended_ = is_gone() ? chain_->words_of_end() : stages_.gas != nullptr ? stages_.gas->open_wall(can_crack()) : "";
 }
 
-bool Object::draw(const FrameSink& write) {
+void Object::draw(const std::function<void(const Frame&)>& write) {
   const auto timer = clock_.time("output");
   Picture picture;
   for (const std::unique_ptr<Stage>& stage : stages_.all) {
     stage->draw(picture);
   }
-  return write(picture.frame(*surface_, *state_, whole_));
+  write(picture.frame(*surface_, *state_, whole_));
 }
 
 Report Object::report(int retries, bool contact_apart) const {

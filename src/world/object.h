@@ -30,9 +30,6 @@ struct News {
   bool is_figure = false;  ///< for a person who watches
 };
 
-/// Receives a frame of an object. @returns whether it has become one of the frames of the run
-using FrameSink = std::function<bool(const Frame&)>;
-
 /// An object of a world: a surface, the fields of its state, and the stages of its steps. A step is begun, its motion
 /// is brought into balance, alone or with those of the objects that it touches or whose chambers are linked to its own,
 /// and it is ended. Where cracks separate the surface its vertices are split after the step, unless that opens a
@@ -96,8 +93,8 @@ class Object {
   /// Whether it has ended because nothing is left of it: other objects go on without it. Not collective.
   bool is_gone() const { return state_->is_gone(); }
 
-  /// Passes the present frame to `write`. @returns what that returns
-  bool draw(const FrameSink& write);
+  /// Passes the present frame to `write`.
+  void draw(const std::function<void(const Frame&)>& write);
   /// The row of the history about the last step. @param retries how often it was tried again
   /// @param contact_apart its contact is in the table of the objects that it touches, not in its own
   Report report(int retries, bool contact_apart) const;

@@ -26,14 +26,12 @@ PressureImpulse::PressureImpulse(GasCoupling& gas, const Sheet& sheet, const Fie
     }
     double sum = 0;
     for (PetscInt i = 0; i < owned; ++i) {
-      const auto k = static_cast<std::size_t>(i);
       const Eigen::Vector3d gradient = move.vector(i);
-      move.vector(i) *= constrained[k] ? 0 : h / mass[k];
+      move.vector(i) *= constrained[i] ? 0 : h / mass[i];
       sum += h * gradient.dot(move.vector(i));
     }
     move.update_ghosts();
-    sum = sum_over_ranks(sheet.comm(), sum);
-    response_.compliance[chamber] = sum;
+    response_.compliance[chamber] = sum_over_ranks(sheet.comm(), sum);
   }
   gas_.gas().set_response(gas_.number(), response_);
 }
@@ -42,14 +40,13 @@ void PressureImpulse::choose_pressures() {
   velocity_.values().setZero();
   const Eigen::VectorXd& walls = gas_.gas().walls(gas_.number());
   for (int chamber = 0; chamber < chambers_.count(); ++chamber) {
-    const auto c = static_cast<std::size_t>(chamber);
     const double compliance = response_.compliance[chamber];
     if (!chambers_.prescribes_volume(chamber)) {
-      pressure_[chamber] = gas_.gas().states(gas_.number())[c].pressure;
+      pressure_[chamber] = gas_.gas().states(gas_.number())[chamber].pressure;
     } else {
       pressure_[chamber] = compliance > 0 ? (walls[chamber] - response_.walls[chamber]) / compliance : 0;
     }
-    velocity_.values() += pressure_[chamber] * moves_[c].values();
+    velocity_.values() += pressure_[chamber] * moves_[chamber].values();
   }
 }
 

@@ -1,5 +1,7 @@
 #include "world/run_plan.h"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <map>
 #include <optional>
@@ -125,8 +127,7 @@ std::vector<GroupPlan> plan_groups(const std::deque<NamedOptions>& objects) {
     const bool is_linked = has_links_elsewhere(options);
     const bool touches_others = options.contact.self && touching > 1;
     if (!is_linked && !touches_others) {
-      plans.push_back(plan_of(objects[i].name, options));
-      plans.back().objects = {i};
+      plans.push_back(plan_of(objects[i].name, options, i));
       continue;
     }
     members.push_back(&objects[i]);
@@ -152,8 +153,7 @@ std::vector<GroupPlan> plan_groups(const std::deque<NamedOptions>& objects) {
     return plans;
   }
   if (members.size() == 1) {
-    plans.push_back(plan_of(coupled.names.front(), members.front()->options));
-    plans.back().objects = coupled.objects;
+    plans.push_back(plan_of(coupled.names.front(), members.front()->options, coupled.objects.front()));
     return plans;
   }
   const auto first_that_touches = std::find(coupled.touches.begin(), coupled.touches.end(), true);
@@ -190,30 +190,13 @@ std::vector<GroupPlan> plan_groups(const std::deque<NamedOptions>& objects) {
 
 }  // namespace
 
-std::string GroupPlan::words() const {
-  if (is_single()) {
-    return "";
-  }
-  std::string all;
-  for (const std::string& name : names) {
-    all += (all.empty() ? "" : ", ") + name;
-  }
-  return all + (any_touches() ? ": touch each other" : ": are linked") + ", one balance a step";
-}
-
-GroupPlan plan_of(const std::string& name, const Options& options) {
-  GroupPlan plan;
-  plan.objects = {0};
-  plan.names = {name};
-  plan.touches = {options.contact.self};
-  plan.contact = options.contact;
-  plan.newton = newton_of(options);
-  return plan;
+GroupPlan plan_of(const std::string& name, const Options& options, std::size_t place) {
+  return {{place}, {name}, {options.contact.self}, options.contact, newton_of(options)};
 }
 
 RunPlan plan_run(std::deque<NamedOptions> objects) {
   for (const NamedOptions& object : objects) {
-    about_object(heading_of(object.name), [&object] { require_possible(object.options); });
+    about_object(object.name, [&object] { require_possible(object.options); });
   }
   share_links(objects);
   RunPlan plan;
@@ -226,7 +209,8 @@ std::vector<std::string> RunPlan::lines() const {
   std::vector<std::string> lines;
   for (const GroupPlan& group : groups) {
     if (!group.is_single()) {
-      lines.push_back(group.words());
+      lines.push_back(fmt::format("{}: {}, one balance a step", fmt::join(group.names, ", "),
+                                  group.any_touches() ? "touch each other" : "are linked"));
     }
   }
   return lines;

@@ -24,8 +24,6 @@ struct GroupPlan {
 
   bool any_touches() const { return std::find(touches.begin(), touches.end(), true) != touches.end(); }
   bool is_single() const { return objects.size() == 1; }
-  /// Says who touches whom, such as "cloth, ball: touch each other"; empty for a single object.
-  std::string words() const;
 };
 
 /// The plan of a run, made once from the options of all its objects: it gives each object its links and says which
@@ -34,7 +32,7 @@ struct RunPlan {
   std::deque<NamedOptions> objects;  ///< with the links that join their chambers
   std::vector<GroupPlan> groups;     ///< each object is in one of them
 
-  /// A line about each group of several objects.
+  /// A line about each group of several objects that says who touches whom, such as "cloth, ball: touch each other".
   std::vector<std::string> lines() const;
 };
 
@@ -44,8 +42,8 @@ struct RunPlan {
 /// others; and on links as share_links does
 RunPlan plan_run(std::deque<NamedOptions> objects);
 
-/// The plan of the group of a single object.
-GroupPlan plan_of(const std::string& name, const Options& options);
+/// The plan of the group of a single object. @param place of the object in the run
+GroupPlan plan_of(const std::string& name, const Options& options, std::size_t place = 0);
 
 /// Gives every link of a run to the objects whose chambers it joins, and to no others. An end is a chamber of the
 /// object in whose options the link is, or OBJECT.CHAMBER, or the ambient air; afterwards only ends in another object
@@ -59,14 +57,21 @@ inline std::string heading_of(const std::string& object) { return object.empty()
 /// The key of an object in a deck: "objects.cloth"; "" of one without a name.
 inline std::string key_of(const std::string& object) { return object.empty() ? "" : "objects." + object; }
 
+/// Adds lines about an object, with its name before each.
+inline void add_lines(std::vector<std::string>& lines, const std::string& object,
+                      const std::vector<std::string>& of_object) {
+  for (const std::string& line : of_object) {
+    lines.push_back(heading_of(object) + line);
+  }
+}
+
 /// Runs `work` on behalf of an object. @throws Error as `work` does, with the object's name before it
-/// @param heading see heading_of
 template <class Work>
-auto about_object(const std::string& heading, const Work& work) {
+auto about_object(const std::string& object, const Work& work) {
   try {
     return work();
   } catch (const Error& error) {
-    throw Error(heading + error.what());
+    throw Error(heading_of(object) + error.what());
   }
 }
 

@@ -13,7 +13,6 @@
 #include "world/chain.h"
 #include "world/fire_stages.h"
 #include "world/load_mesh.h"
-#include "world/renumbering.h"
 #include "world/sheet_motion.h"
 
 namespace pellicle {
@@ -33,167 +32,132 @@ std::string ids_of(const std::string& group) { return group + "/mesh/first_latti
 /// See make_sheet_chain.
 class SheetChain : public Chain {
  public:
-  explicit SheetChain(const Options& options) : options_(options) {}
+  using Chain::Chain;
 
-  std::vector<std::string> clock_names() const override;
+  std::vector<std::string> clock_names() const override {
+    return {"heat", "combustion", "ablation", "external force", "projection", "velocity", "compaction", "output"};
+  }
   std::string renumbering() const override { return "compaction"; }
   std::string words_of_end() const override { return "the sheet has burnt away"; }
-  std::vector<std::string> lines(const Surface& surface) const override;
-  std::shared_ptr<const Surface> make_surface(MPI_Comm comm, MeshRows rows) const override;
-  std::string group() const override { return "sheet"; }
-  std::shared_ptr<const Surface> read_surface(const Hdf5File& checkpoint, const std::string& group) const override;
-  void write_surface(Hdf5File& checkpoint, const std::string& group, const Surface& surface) const override;
-  std::vector<PetscInt> element_ids(const Surface& surface) const override;
-  MovedSurface split(const Surface& surface, const SplitCorners& corners, const Records& particles,
-                     const Records& copies, const Records& elements) const override;
-  std::optional<MovedSurface> compact(const Surface& surface, const State& state) const override;
-  std::optional<MovedSurface> spread(const Surface& surface, const State& state,
-                                     const std::vector<double>& load) const override;
-  std::unique_ptr<State> make_state(const Surface& surface, int chambers) const override;
-  std::unique_ptr<State> initial_state(const Surface& surface) const override;
-  Stages make_stages(const Surface& surface, State& state, StageClock& clock, Textures& textures) const override;
 
- private:
-  const Options& options_;
+  std::vector<std::string> lines(const Surface& surface) const override {
+    const Sheet& sheet = sheet_of(surface);
+    std::string springs = "springs:";
+    for (const Colour colour : all_colours) {
+      if (sheet.acts(colour)) {
+        springs += std::string(" ") + colour_names[static_cast<std::size_t>(colour)] + " " +
+                   std::to_string(sheet.of(colour).layout.global);
+      }
+    }
+    return {springs, partition_line(surface)};
+  }
+
+  std::shared_ptr<const Surface> make_surface(MPI_Comm comm, MeshRows rows) const override {
+    return std::make_shared<Sheet>(make_sheet(comm, std::move(rows), shell_options(options_)));
+  }
+  std::string group() const override { return "sheet"; }
+
+  std::shared_ptr<const Surface> read_surface(const Hdf5File& checkpoint, const std::string& group) const override {
+    const std::vector<PetscInt> ids = checkpoint.read_all<PetscInt>(ids_of(group));
+    return std::make_shared<Sheet>(make_sheet(checkpoint.comm(), read_mesh(checkpoint, group + "/mesh"),
+                                              SheetIds{ids.at(0), ids.at(1)}, shell_options(options_))
+                                       .sheet);
+  }
+
+  void write_surface(Hdf5File& checkpoint, const std::string& group, const Surface& surface) const override {
+    const Sheet& sheet = sheet_of(surface);
+    const std::vector<bool> all(static_cast<std::size_t>(sheet.elements.owned), true);
+    write_mesh(checkpoint, group + "/mesh", rows_of(sheet, all, {}, {}));
+    checkpoint.write_once<PetscInt>(ids_of(group), {sheet.first_lattice_id, sheet.id_end});
+  }
+
+  /// They are those of the lattice particles.
+  std::vector<PetscInt> element_ids(const Surface& surface) const override {
+    std::vector<PetscInt> ids;
+    for (const PetscInt lattice : surface.lattice) {
+      ids.push_back(surface.persistent_id[lattice]);
+    }
+    return ids;
+  }
+
+  MovedSurface split(const Surface& surface, const SplitCorners& corners, const Records& particles,
+                     const Records& copies, const Records& elements) const override {
+    return moved(pellicle::split(sheet_of(surface), corners, particles, copies, elements, shell_options(options_)));
+  }
+
+  std::optional<MovedSurface> compact(const Surface& surface, const State& state) const override {
+    std::vector<bool> kept = empty_cells(sheet_of(surface), state.burning->active);
+    kept.flip();
+    const auto left = sum_over_ranks(surface.comm(), static_cast<PetscInt>(std::count(kept.begin(), kept.end(), true)));
+    const PetscInt before = surface.elements.global;
+    if (static_cast<double>(before - left) <= options_.ablation.compact_fraction * static_cast<double>(before)) {
+      return {};
+    }
+    return moved(pellicle::compact(sheet_of(surface), kept, packed(state, Item::particle, surface.particles.owned),
+                                   packed(state, Item::cell, surface.elements.owned), shell_options(options_)));
+  }
+
+  std::optional<MovedSurface> spread(const Surface& surface, const State& state,
+                                     const std::vector<double>& load) const override {
+    constexpr int interval = 50;  // steps
+    int ranks = 1;
+    MPI_Comm_size(surface.comm(), &ranks);
+    if (ranks == 1 || options_.sheet.partitioner != Partitioner::metis || state.step % interval != 0) {
+      return {};
+    }
+    const RankShares shares = shares_of_ranks(surface.comm(), std::accumulate(load.begin(), load.end(), 0.0));
+    if (shares.sum <= surface.elements.global || shares.imbalance <= options_.sheet.imbalance_limit) {
+      return {};
+    }
+    return moved(pellicle::spread(sheet_of(surface), load, packed(state, Item::particle, surface.particles.owned),
+                                  packed(state, Item::cell, surface.elements.owned), shell_options(options_)));
+  }
+
+  std::unique_ptr<State> initial_state(const Surface& surface) const override {
+    const Chambers chambers(surface, options_.gas, options_.chambers);
+    auto state = std::make_unique<State>(surface, options_, chambers.count());
+    state->position.values() = perturbed_positions(sheet_of(surface), options_.sheet);
+    const Pins pins(surface, options_.pins);
+    pins.impose(state->position, 0);
+    state->pin = pins.numbers();
+    state->chamber = chambers.numbers();
+    if (state->gas != nullptr) {
+      *state->gas = chambers.first_exchange(chambers.volumes(state->position));
+    }
+    return state;
+  }
+
+  Stages make_stages(const Surface& surface, State& state, StageClock& clock, Textures& textures) const override {
+    Stages stages;
+    std::unique_ptr<GasStage> gas;
+    if (!options_.chambers.empty()) {
+      const bool is_projected = options_.dynamics == Dynamics::projection;
+      gas = std::make_unique<GasStage>(surface, options_, state,
+                                       is_projected ? TimeIntegrator() : integrator_of(options_.time));
+    }
+    std::unique_ptr<SheetMotion> motion =
+        make_sheet_motion(sheet_of(surface), options_, state, clock, textures, gas.get());
+    SheetMotion& sheet_motion = *motion;
+    stages.gas = gas.get();
+    stages.motion = motion.get();
+    stages.add<HeatStage>(surface, options_, state, clock, textures);
+    stages.add<CombustionStage>(surface, options_, state, clock, textures);
+    stages.add<ShrinkageStage>(sheet_motion, clock);
+    stages.add<AblationStage>(surface, options_, state, clock);
+    if (gas != nullptr) {
+      stages.all.push_back(std::move(gas));
+    }
+    stages.all.push_back(std::move(motion));
+    if (cracks_of(options_).strength) {
+      stages.add<CrackStage>(surface, options_, state, clock, textures, sheet_motion);
+    }
+    stages.add<StrainStage>(state, sheet_motion);
+    stages.add<HeatBalanceStage>(surface, options_, state, clock);
+    return stages;
+  }
 };
 
 }  // namespace
-
-std::vector<std::string> SheetChain::clock_names() const {
-  return {"heat", "combustion", "ablation", "external force", "projection", "velocity", "compaction", "output"};
-}
-
-std::vector<std::string> SheetChain::lines(const Surface& surface) const {
-  const Sheet& sheet = sheet_of(surface);
-  std::string springs = "springs:";
-  for (const Colour colour : all_colours) {
-    if (sheet.acts(colour)) {
-      springs += std::string(" ") + colour_names[static_cast<std::size_t>(colour)] + " " +
-                 std::to_string(sheet.of(colour).layout.global);
-    }
-  }
-  return {springs, partition_line(surface)};
-}
-
-std::shared_ptr<const Surface> SheetChain::make_surface(MPI_Comm comm, MeshRows rows) const {
-  return std::make_shared<Sheet>(make_sheet(comm, std::move(rows), shell_options(options_)));
-}
-
-std::shared_ptr<const Surface> SheetChain::read_surface(const Hdf5File& checkpoint, const std::string& group) const {
-  const std::vector<PetscInt> ids = checkpoint.read_all<PetscInt>(ids_of(group));
-  return std::make_shared<Sheet>(make_sheet(checkpoint.comm(), read_mesh(checkpoint, group + "/mesh"),
-                                            SheetIds{ids.at(0), ids.at(1)}, shell_options(options_))
-                                     .sheet);
-}
-
-void SheetChain::write_surface(Hdf5File& checkpoint, const std::string& group, const Surface& surface) const {
-  const Sheet& sheet = sheet_of(surface);
-  const std::vector<bool> all(static_cast<std::size_t>(sheet.elements.owned), true);
-  write_mesh(checkpoint, group + "/mesh", rows_of(sheet, all, {}, {}));
-  checkpoint.write_once<PetscInt>(ids_of(group), {sheet.first_lattice_id, sheet.id_end});
-}
-
-/// They are those of the lattice particles.
-std::vector<PetscInt> SheetChain::element_ids(const Surface& surface) const {
-  std::vector<PetscInt> ids;
-  for (const PetscInt lattice : surface.lattice) {
-    ids.push_back(surface.persistent_id[lattice]);
-  }
-  return ids;
-}
-
-MovedSurface SheetChain::split(const Surface& surface, const SplitCorners& corners, const Records& particles,
-                               const Records& copies, const Records& elements) const {
-  return moved(pellicle::split(sheet_of(surface), corners, particles, copies, elements, shell_options(options_)));
-}
-
-std::optional<MovedSurface> SheetChain::compact(const Surface& surface, const State& state) const {
-  std::vector<bool> kept = empty_cells(sheet_of(surface), state.burning->active);
-  kept.flip();
-  const auto left = sum_over_ranks(surface.comm(), static_cast<PetscInt>(std::count(kept.begin(), kept.end(), true)));
-  const PetscInt before = surface.elements.global;
-  if (static_cast<double>(before - left) <= options_.ablation.compact_fraction * static_cast<double>(before)) {
-    return {};
-  }
-  return moved(pellicle::compact(sheet_of(surface), kept, packed(state, Item::particle, surface.particles.owned),
-                                 packed(state, Item::cell, surface.elements.owned), shell_options(options_)));
-}
-
-std::optional<MovedSurface> SheetChain::spread(const Surface& surface, const State& state,
-                                               const std::vector<double>& load) const {
-  constexpr int interval = 50;  // steps
-  int ranks = 1;
-  MPI_Comm_size(surface.comm(), &ranks);
-  if (ranks == 1 || options_.sheet.partitioner != Partitioner::metis || state.step % interval != 0) {
-    return {};
-  }
-  const RankShares shares = shares_of_ranks(surface.comm(), std::accumulate(load.begin(), load.end(), 0.0));
-  if (shares.sum <= surface.elements.global || shares.imbalance <= options_.sheet.imbalance_limit) {
-    return {};
-  }
-  return moved(pellicle::spread(sheet_of(surface), load, packed(state, Item::particle, surface.particles.owned),
-                                packed(state, Item::cell, surface.elements.owned), shell_options(options_)));
-}
-
-std::unique_ptr<State> SheetChain::make_state(const Surface& surface, int chambers) const {
-  auto state = std::make_unique<State>(surface);
-  state->add_burning(surface);
-  state->add_springs(surface);
-  state->add_chambers(chambers);
-  if (options_.time.scheme == TimeScheme::generalized_alpha) {
-    state->add_acceleration();
-  }
-  if (options_.time.arc_length) {
-    state->add_path();
-  }
-  if (gas_is_joined(options_)) {
-    state->add_gas(chambers, static_cast<int>(options_.gas.links.size()));
-  }
-  return state;
-}
-
-std::unique_ptr<State> SheetChain::initial_state(const Surface& surface) const {
-  const Chambers chambers(surface, options_.gas, options_.chambers);
-  std::unique_ptr<State> state = make_state(surface, chambers.count());
-  state->position.values() = perturbed_positions(sheet_of(surface), options_.sheet);
-  const Pins pins(surface, options_.pins);
-  pins.impose(state->position, 0);
-  state->pin = pins.numbers();
-  state->chamber = chambers.numbers();
-  if (state->gas != nullptr) {
-    *state->gas = chambers.first_exchange(chambers.volumes(state->position));
-  }
-  return state;
-}
-
-Stages SheetChain::make_stages(const Surface& surface, State& state, StageClock& clock, Textures& textures) const {
-  Stages stages;
-  std::unique_ptr<GasStage> gas;
-  if (!options_.chambers.empty()) {
-    const bool is_projected = options_.dynamics == Dynamics::projection;
-    gas = std::make_unique<GasStage>(surface, options_, state,
-                                     is_projected ? TimeIntegrator() : integrator_of(options_.time));
-  }
-  std::unique_ptr<SheetMotion> motion =
-      make_sheet_motion(sheet_of(surface), options_, state, clock, textures, gas.get());
-  SheetMotion& sheet_motion = *motion;
-  stages.gas = gas.get();
-  stages.motion = motion.get();
-  stages.add<HeatStage>(surface, options_, state, clock, textures);
-  stages.add<CombustionStage>(surface, options_, state, clock, textures);
-  stages.add<ShrinkageStage>(sheet_motion, clock);
-  stages.add<AblationStage>(surface, options_, state, clock);
-  if (gas != nullptr) {
-    stages.all.push_back(std::move(gas));
-  }
-  stages.all.push_back(std::move(motion));
-  if (cracks_of(options_).strength) {
-    stages.add<CrackStage>(surface, options_, state, clock, textures, sheet_motion);
-  }
-  stages.add<StrainStage>(state, sheet_motion);
-  stages.add<HeatBalanceStage>(surface, options_, state);
-  return stages;
-}
 
 std::unique_ptr<Chain> make_sheet_chain(const Options& options) { return std::make_unique<SheetChain>(options); }
 

@@ -52,6 +52,16 @@ struct Step {
   std::vector<std::string> news;           ///< lines for the log, such as chambers that have opened
 };
 
+/// The result of a step that was tried. The same on every rank.
+struct StepResult {
+  bool converged = true;
+  std::string reason;                  ///< in words, when it did not converge
+  int iterations = 0;                  ///< linear iterations of all stages
+  std::string figures{};               ///< further text of the progress line, such as "|C| 1.2e-05 m"
+  std::optional<double> step_error{};  ///< estimated error, a fraction of the object's size; none: no estimate
+  int newton_iterations = 0;
+};
+
 /// Named numbers of an object for the history, in the order in which they are added.
 class Report {
  public:
@@ -81,10 +91,9 @@ class Picture {
   void cut(DrawnSurface drawn) { cut_ = std::move(drawn); }
   /// The part of the surface that is drawn; null: all of it.
   const DrawnSurface* drawn() const { return cut_ ? &*cut_ : nullptr; }
-  /// Adds a field on the particles. @param values (components x local)
-  void add_on_particles(const std::string& name, std::vector<double> values, int components = 1,
-                        bool is_of_both_layers = false) {
-    frame_.particle_fields.push_back({name, components, keep(std::move(values)), is_of_both_layers});
+  /// Adds a field on the particles. @param values of the local ones
+  void add_on_particles(const std::string& name, std::vector<double> values, bool is_of_both_layers = false) {
+    frame_.particle_fields.push_back({name, 1, keep(std::move(values)), is_of_both_layers});
   }
   /// Adds a field on the elements. @param values (components x local)
   void add_on_cells(const std::string& name, std::vector<double> values, int components = 1) {

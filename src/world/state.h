@@ -6,48 +6,45 @@
 
 #include "combustion/combustion.h"
 #include "gas/gas_exchange.h"
+#include "parallel/records.h"
 #include "state/field_registry.h"
 #include "surface/surface.h"
 #include "world/burning_fields.h"
-#include "world/work.h"
+#include "world/options.h"
 
 namespace pellicle {
 inline namespace world {
 
+/// The causes of work on an object, besides contact (ContactWork): entries of State::work. The work of a step is that
+/// of the forces with which the step is in balance over its displacements. With steps of implicit Euler kinetic and
+/// elastic energy change by the sum of all works less what the steps damp, which falls with their length.
+enum class Work {
+  gravity,
+  damping,   ///< `force.damping` and viscosity; of a balloon C (PrismOptions)
+  pins,      ///< that move
+  pressure,  ///< across walls, with weights and jets of gas
+  bodies,
+  air,
+  loads  ///< attachments and forces
+};
+constexpr int kinds_of_work = 7;
+
+/// An entry of a vector of works [J].
+inline double& of(Eigen::VectorXd& works, Work kind) { return works[static_cast<Eigen::Index>(kind)]; }
+
 /// The state of an object: the fields of its stages, in one registry. Ghosts are up to date
 /// between steps. After a failed step the state is restored by assigning a copy of the registry.
 struct State : FieldRegistry {
-  /// At rest in the undeformed shape, with the fields that every object has; nothing is pinned and there is no gas. The
-  /// surface must outlive the state. Collective.
-  explicit State(const Surface& surface);
-  State(State&&) = default;
+  /// At rest in the undeformed shape, with the fields that every object has and those of the stages that the options
+  /// ask for. Target lengths of springs are the undeformed ones, thickness ratios 1; nothing is pinned or chosen, and
+  /// nothing is in the chambers. The surface must outlive the state; a membrane that burns must be burnable
+  /// (set_burnable). Collective. @param chambers their number
+  State(const Surface& surface, const Options& options, int chambers);
+  using FieldRegistry::operator=;
   State& operator=(const State& other) {
     FieldRegistry::operator=(other);
     return *this;
   }
-  State& operator=(const FieldRegistry& other) {
-    FieldRegistry::operator=(other);
-    return *this;
-  }
-
-  // Declarations of the fields that stages add. They allocate; those that add a Field are collective.
-
-  /// The fields of a surface that heats, burns and is cut; a membrane must be burnable (set_burnable).
-  void add_burning(const Surface& surface) { burning.emplace(*this, surface); }
-  /// Target lengths of the springs of a sheet, at first the undeformed ones, and its largest strain.
-  void add_springs(const Surface& sheet);
-  /// Thickness ratios of a wall, at first 1, and how its steps have ended.
-  void add_wall();
-  /// Pressures of the chambers. @param count of chambers
-  void add_chambers(int count);
-  /// Mass and heat that the gas in chambers has exchanged, if links, holes or heat change it.
-  void add_gas(int chambers, int links);
-  /// Particles on which attachments and forces act. @param count of these loads
-  void add_loads(int count) { loads = &add<std::vector<bool>>({"loads", "", Item::particle}, count); }
-  /// Accelerations, with which generalized alpha goes on.
-  void add_acceleration() { acceleration = &add<Field>({"acceleration", "m/s^2", Item::particle}, 3); }
-  /// Time of the loads and direction of the path, with which steps by arc length go on.
-  void add_path();
 
   double& time = add<double>({"time", "s", Item::object});
   PetscInt& step = add<PetscInt>({"step", "", Item::object});             ///< accepted steps
@@ -70,7 +67,7 @@ struct State : FieldRegistry {
   TargetLengths& target_length;          ///< of the local springs of a sheet by colour [m]; empty: a wall
   std::vector<double>& thickness_ratio;  ///< h/h0 of the local elements of a wall; empty: a sheet
   Eigen::VectorXd& record;               ///< numbers for remarks: StrainRecord of a sheet, StepRecord of a wall
-  GasExchange* gas = nullptr;            ///< null: nothing changes the gas in chambers, see add_gas
+  GasExchange* gas = nullptr;            ///< null: no links, holes or heat change the gas in chambers
   std::vector<bool>* loads = nullptr;    ///< whether each load acts on each local vertex (PointLoads::chosen)
   Field* acceleration = nullptr;         ///< of generalized alpha, which is not exactly that of this moment [m/s^2]
   double* load_time = nullptr;           ///< by arc length: time of the loads [s]
@@ -83,6 +80,12 @@ struct State : FieldRegistry {
   /// Whether nothing is left of the object.
   bool is_gone() const { return burning && burning->pieces.present.empty(); }
 };
+
+/// The kinetic energy of an object [J]. Collective. @param mass of the owned particles [kg]
+double kinetic_energy(const Surface& surface, const double* mass, const Field& velocity);
+
+/// The records of the owned items of a state, on the way to the same object on a new surface.
+Records packed(const FieldRegistry& state, Item item, PetscInt owned);
 
 }  // namespace world
 }  // namespace pellicle

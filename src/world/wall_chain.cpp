@@ -38,124 +38,87 @@ std::shared_ptr<const Surface> burnable(Membrane membrane, const Options& option
 /// See make_wall_chain.
 class WallChain : public Chain {
  public:
-  explicit WallChain(const Options& options) : options_(options) {}
+  using Chain::Chain;
 
-  std::vector<std::string> clock_names() const override;
+  std::vector<std::string> clock_names() const override {
+    if (balloon_burns(options_)) {
+      return {"heat", "combustion", "ablation", "implicit step", "velocity", "output"};
+    }
+    return {"implicit step", "volume preservation", "velocity", "output"};
+  }
   std::string renumbering() const override { return "ablation"; }
   std::string words_of_end() const override { return "the wall has burnt away"; }
-  std::vector<std::string> lines(const Surface& surface) const override;
-  std::shared_ptr<const Surface> make_surface(MPI_Comm comm, MeshRows rows) const override;
-  std::string group() const override { return "balloon"; }
-  std::shared_ptr<const Surface> read_surface(const Hdf5File& checkpoint, const std::string& group) const override;
-  void write_surface(Hdf5File& checkpoint, const std::string& group, const Surface& surface) const override;
-  std::vector<PetscInt> element_ids(const Surface& surface) const override;
-  MovedSurface split(const Surface& surface, const SplitCorners& corners, const Records& particles,
-                     const Records& copies, const Records& elements) const override;
-  std::unique_ptr<State> make_state(const Surface& surface, int chambers) const override;
-  std::unique_ptr<State> initial_state(const Surface& surface) const override;
-  Stages make_stages(const Surface& surface, State& state, StageClock& clock, Textures& textures) const override;
 
- private:
-  const Options& options_;
+  std::vector<std::string> lines(const Surface& surface) const override { return {partition_line(surface)}; }
+
+  std::shared_ptr<const Surface> make_surface(MPI_Comm comm, MeshRows rows) const override {
+    return burnable(make_membrane(comm, std::move(rows), options_.sheet).membrane, options_);
+  }
+  std::string group() const override { return "balloon"; }
+
+  std::shared_ptr<const Surface> read_surface(const Hdf5File& checkpoint, const std::string& group) const override {
+    return make_surface(checkpoint.comm(), read_mesh(checkpoint, group + "/mesh"));
+  }
+
+  void write_surface(Hdf5File& checkpoint, const std::string& group, const Surface& surface) const override {
+    write_mesh(checkpoint, group + "/mesh", rows_of(membrane_of(surface), {}, {}));
+  }
+
+  std::vector<PetscInt> element_ids(const Surface& surface) const override { return surface.element_id; }
+
+  MovedSurface split(const Surface& surface, const SplitCorners& corners, const Records& particles,
+                     const Records& copies, const Records& elements) const override {
+    LoadedMembrane loaded = pellicle::split(membrane_of(surface), corners, particles, copies, elements, options_.sheet);
+    return {burnable(std::move(loaded.membrane), options_), std::move(loaded.particles), std::move(loaded.elements)};
+  }
+
+  std::unique_ptr<State> initial_state(const Surface& surface) const override {
+    const Membrane& membrane = membrane_of(surface);
+    const WallSupports supports(membrane, options_, nullptr);
+    const Projectors& projectors = supports.constraints.projectors();
+    const Chambers chambers(membrane, options_.gas, options_.chambers, supports.constraints.origin(),
+                            supports.constraints.planes(), projectors);
+    auto state = std::make_unique<State>(surface, options_, chambers.count());
+    const Eigen::Matrix3Xd noise = perturbed_positions(membrane, options_.sheet) - membrane.rest;
+    for (Eigen::Index i = 0; i < noise.cols(); ++i) {
+      state->position.vector(i) += projectors[i] * noise.col(i);
+    }
+    supports.pins.impose(state->position, 0);
+    state->pin = supports.pins.numbers();
+    state->chamber = chambers.numbers();
+    if (state->gas != nullptr) {
+      *state->gas = chambers.first_exchange(chambers.volumes(state->position));
+    }
+    if (state->loads != nullptr) {
+      *state->loads = PointLoads(membrane, vertex_areas(membrane), options_.attachments, options_.forces).chosen();
+    }
+    return state;
+  }
+
+  Stages make_stages(const Surface& surface, State& state, StageClock& clock, Textures& textures) const override {
+    const Membrane& membrane = membrane_of(surface);
+    const auto supports = std::make_shared<WallSupports>(membrane, options_, &state);
+    Stages stages;
+    stages.shared = supports;
+    if (state.burning) {
+      stages.add<HeatStage>(surface, options_, state, clock, textures);
+      stages.add<CombustionStage>(surface, options_, state, clock, textures);
+      stages.add<AblationStage>(surface, options_, state, clock);
+    }
+    stages.gas = &stages.add<GasStage>(surface, options_, state, integrator_of(options_.time),
+                                       supports->constraints.origin(), supports->constraints.planes());
+    stages.motion = &stages.add<WallMotion>(membrane, options_, state, clock, textures, *supports, *stages.gas);
+    if (state.burning) {
+      if (cracks_of(options_).strength) {
+        stages.add<CrackStage>(surface, options_, state, clock, textures, *stages.motion);
+      }
+      stages.add<HeatBalanceStage>(surface, options_, state, clock);
+    }
+    return stages;
+  }
 };
 
 }  // namespace
-
-std::vector<std::string> WallChain::clock_names() const {
-  if (balloon_burns(options_)) {
-    return {"heat", "combustion", "ablation", "implicit step", "velocity", "output"};
-  }
-  return {"implicit step", "volume preservation", "velocity", "output"};
-}
-
-std::vector<std::string> WallChain::lines(const Surface& surface) const { return {partition_line(surface)}; }
-
-std::shared_ptr<const Surface> WallChain::make_surface(MPI_Comm comm, MeshRows rows) const {
-  return burnable(make_membrane(comm, std::move(rows), options_.sheet).membrane, options_);
-}
-
-std::shared_ptr<const Surface> WallChain::read_surface(const Hdf5File& checkpoint, const std::string& group) const {
-  return make_surface(checkpoint.comm(), read_mesh(checkpoint, group + "/mesh"));
-}
-
-void WallChain::write_surface(Hdf5File& checkpoint, const std::string& group, const Surface& surface) const {
-  write_mesh(checkpoint, group + "/mesh", rows_of(membrane_of(surface), {}, {}));
-}
-
-std::vector<PetscInt> WallChain::element_ids(const Surface& surface) const { return surface.element_id; }
-
-MovedSurface WallChain::split(const Surface& surface, const SplitCorners& corners, const Records& particles,
-                              const Records& copies, const Records& elements) const {
-  LoadedMembrane loaded = pellicle::split(membrane_of(surface), corners, particles, copies, elements, options_.sheet);
-  return {burnable(std::move(loaded.membrane), options_), std::move(loaded.particles), std::move(loaded.elements)};
-}
-
-std::unique_ptr<State> WallChain::make_state(const Surface& surface, int chambers) const {
-  auto state = std::make_unique<State>(surface);
-  state->add_wall();
-  state->add_chambers(chambers);
-  if (balloon_burns(options_)) {
-    state->add_burning(surface);
-  }
-  if (const std::size_t loads = options_.attachments.size() + options_.forces.size(); loads > 0) {
-    state->add_loads(static_cast<int>(loads));
-  }
-  if (options_.time.scheme == TimeScheme::generalized_alpha) {
-    state->add_acceleration();
-  }
-  if (options_.time.arc_length) {
-    state->add_path();
-  }
-  if (gas_is_joined(options_)) {
-    state->add_gas(chambers, static_cast<int>(options_.gas.links.size()));
-  }
-  return state;
-}
-
-std::unique_ptr<State> WallChain::initial_state(const Surface& surface) const {
-  const Membrane& membrane = membrane_of(surface);
-  const WallSupports supports(membrane, options_, nullptr);
-  const Projectors& projectors = supports.constraints.projectors();
-  const Chambers chambers(membrane, options_.gas, options_.chambers, supports.constraints.origin(),
-                          supports.constraints.planes(), projectors);
-  std::unique_ptr<State> state = make_state(surface, chambers.count());
-  const Eigen::Matrix3Xd noise = perturbed_positions(membrane, options_.sheet) - membrane.rest;
-  for (Eigen::Index i = 0; i < noise.cols(); ++i) {
-    state->position.vector(i) += projectors[i] * noise.col(i);
-  }
-  supports.pins.impose(state->position, 0);
-  state->pin = supports.pins.numbers();
-  state->chamber = chambers.numbers();
-  if (state->gas != nullptr) {
-    *state->gas = chambers.first_exchange(chambers.volumes(state->position));
-  }
-  if (state->loads != nullptr) {
-    *state->loads = PointLoads(membrane, vertex_areas(membrane), options_.attachments, options_.forces).chosen();
-  }
-  return state;
-}
-
-Stages WallChain::make_stages(const Surface& surface, State& state, StageClock& clock, Textures& textures) const {
-  const Membrane& membrane = membrane_of(surface);
-  const auto supports = std::make_shared<WallSupports>(membrane, options_, &state);
-  Stages stages;
-  stages.shared = supports;
-  if (state.burning) {
-    stages.add<HeatStage>(surface, options_, state, clock, textures);
-    stages.add<CombustionStage>(surface, options_, state, clock, textures);
-    stages.add<AblationStage>(surface, options_, state, clock);
-  }
-  stages.gas = &stages.add<GasStage>(surface, options_, state, integrator_of(options_.time),
-                                     supports->constraints.origin(), supports->constraints.planes());
-  stages.motion = &stages.add<WallMotion>(membrane, options_, state, clock, textures, *supports, *stages.gas);
-  if (state.burning) {
-    if (cracks_of(options_).strength) {
-      stages.add<CrackStage>(surface, options_, state, clock, textures, *stages.motion);
-    }
-    stages.add<HeatBalanceStage>(surface, options_, state);
-  }
-  return stages;
-}
 
 std::unique_ptr<Chain> make_wall_chain(const Options& options) { return std::make_unique<WallChain>(options); }
 

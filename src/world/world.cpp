@@ -14,11 +14,21 @@ namespace {
 std::vector<std::unique_ptr<Object>> objects_of(MPI_Comm comm, const RunPlan& plan) {
   std::vector<std::unique_ptr<Object>> objects;
   for (const auto& [name, options] : plan.objects) {
-    objects.push_back(about_object(heading_of(name), [&, &name = name, &options = options] {
+    objects.push_back(about_object(name, [&, &name = name, &options = options] {
       return std::make_unique<Object>(name, options, comm, load_mesh(comm, options).rows);
     }));
   }
   return objects;
+}
+
+/// Lines of all objects, with their names before them.
+std::vector<std::string> lines_of(const std::vector<std::unique_ptr<Object>>& objects,
+                                  std::vector<std::string> (Object::*of_object)() const) {
+  std::vector<std::string> lines;
+  for (const std::unique_ptr<Object>& object : objects) {
+    add_lines(lines, object->name(), (*object.*of_object)());
+  }
+  return lines;
 }
 
 }  // namespace
@@ -149,12 +159,7 @@ std::string World::ended() const {
 }
 
 std::vector<std::string> World::first_remarks() const {
-  std::vector<std::string> lines;
-  for (const std::unique_ptr<Object>& object : objects_) {
-    for (const std::string& line : object->first_remarks()) {
-      lines.push_back(heading_of(object->name()) + line);
-    }
-  }
+  std::vector<std::string> lines = lines_of(objects_, &Object::first_remarks);
   for (const std::unique_ptr<Group>& group : groups_) {
     const std::vector<std::string> of_group = group->first_remarks();
     lines.insert(lines.end(), of_group.begin(), of_group.end());
@@ -162,15 +167,7 @@ std::vector<std::string> World::first_remarks() const {
   return lines;
 }
 
-std::vector<std::string> World::remarks() const {
-  std::vector<std::string> lines;
-  for (const std::unique_ptr<Object>& object : objects_) {
-    for (const std::string& line : object->remarks()) {
-      lines.push_back(heading_of(object->name()) + line);
-    }
-  }
-  return lines;
-}
+std::vector<std::string> World::remarks() const { return lines_of(objects_, &Object::remarks); }
 
 void World::save(Hdf5File& checkpoint) const {
   for (const std::unique_ptr<Object>& object : objects_) {

@@ -11,7 +11,6 @@
 #include "world/group.h"
 #include "world/object.h"
 #include "world/run_plan.h"
-#include "world/step_result.h"
 
 namespace pellicle {
 inline namespace world {

@@ -27,6 +27,7 @@
 #include "geometry/pressure_load.h"
 #include "linear/ksp.h"
 #include "meshing/closed_shapes.h"
+#include "meshing/mesh_options.h"
 #include "options/arguments.h"
 #include "prism/damping_potential.h"
 #include "prism/wall.h"
@@ -34,7 +35,6 @@
 #include "surface/membrane.h"
 #include "tests/benchmark/triad.h"
 #include "tests/support/alone.h"
-#include "world/load_mesh.h"
 #include "world/options.h"
 
 namespace pellicle {
@@ -277,7 +277,7 @@ Options balloon_options(const std::string& deck) {
 struct HalfBlown {
   explicit HalfBlown(const std::string& deck)
       : options(balloon_options(deck)),
-        mesh(load_mesh(PETSC_COMM_SELF, options.mesh).mesh),
+        mesh(make_checked_mesh(options.mesh).mesh),
         membrane(make_membrane(PETSC_COMM_SELF, mesh, options.sheet)),
         state(membrane.particles, {membrane.elements.owned, membrane.elements.local()}) {
     Options converging = options;  // while the wall is slack, three iterations are too few

@@ -89,7 +89,7 @@ inline Eigen::Matrix<double, 9, 1> gradient_of_vertices(const Eigen::Vector3d& b
 }
 
 /// K = d2U/dx2 of the three vertices from gradient and Hessian by the metric. [N/m]
-inline Eigen::Matrix<double, 9, 9> element_matrix(const MetricTangent& tangent, const TestElement& element) {
+inline Eigen::Matrix<double, 9, 9> element_matrix(const MetricEnergy& tangent, const TestElement& element) {
   const Eigen::Vector3d& e12 = element.e12;
   const Eigen::Vector3d& e13 = element.e13;
   // By the edges (e12, e13) first: da = B (de12, de13), and the second derivatives of a weighted by the gradient.

@@ -1,11 +1,10 @@
-#include "prism/gradient_kernel.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "geometry/principal_axes.h"
+#include "prism/gradient_stiffness.h"
 #include "tests/prism/elements.h"
 #include "tests/support/print_once.h"
 
@@ -48,7 +47,7 @@ TEST(GradientKernel, forces_and_tangent_are_those_of_the_metric) {
       for (const Eigen::Vector2d& stretch : stretches) {
         const TestElement element = random_element(random, stretch[0], stretch[1]);
         const MetricEnergy energy = metric_energy(material, rule, element.rest(), element.metric(), given_ratio);
-        const Eigen::Matrix<double, 9, 9> k = element_matrix({energy.gradient, energy.hessian}, element);
+        const Eigen::Matrix<double, 9, 9> k = element_matrix(energy, element);
         const GradientElement by_gradient = gradient_of(material, rule, element);
         const Vector9d f = force(by_gradient);
         const double unit = k.cwiseAbs().maxCoeff() * 0.01;

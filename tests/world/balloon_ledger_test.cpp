@@ -279,8 +279,7 @@ TEST_P(BalloonTable, HasWhatTheStateSays) {
     run.accept(run.time());
     run.record(k % 3);
 
-    State start(membrane_);
-    start.add_wall();
+    State start(membrane_, balloons_.object.options(), static_cast<int>(state_.pressure.size()));
     start = state_;
     const AloneStep step = balloons_.advance(h);
     ASSERT_TRUE(step.converged) << step.reason;

@@ -5,7 +5,7 @@
 #include <ostream>
 
 #include "meshing/generators.h"
-#include "prism/wall_stress.h"
+#include "prism/metric_energy.h"
 #include "tests/support/print_once.h"
 #include "tests/world/static_balloon.h"
 

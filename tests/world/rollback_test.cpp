@@ -42,31 +42,29 @@ void expect_put_back(State& state, const Surface& surface) {
 
 TEST(Rollback, AssigningAStatePutsEveryFieldBack) {
   const Sheet sheet = make_sheet(PETSC_COMM_SELF, grid_mesh(2, 1, 1), {});
-  State state(sheet);
-  state.add_burning(sheet);
-  state.add_springs(sheet);
+  State state(sheet, Options(), 1);
   state.burning->pieces = initial_pieces(sheet);
   expect_put_back(state, sheet);
 }
 
 TEST(Rollback, AssigningABalloonsStatePutsEveryFieldBack) {
   const Membrane membrane = make_membrane(PETSC_COMM_SELF, icosphere_mesh(0, 1), {});
-  State state(membrane);
-  state.add_wall();
-  state.add_chambers(2);
-  state.add_gas(2, 1);
-  state.add_acceleration();
-  state.add_path();
+  Options options;
+  options.chain = ChainKind::inflate;
+  options.time.scheme = TimeScheme::generalized_alpha;
+  options.time.arc_length = 1;
+  options.gas.links["pipe"] = {};
+  State state(membrane, options, 2);
   expect_put_back(state, membrane);
 }
 
 TEST(Rollback, AssigningABurningBalloonsStatePutsEveryFieldBack) {
   Membrane membrane = make_membrane(PETSC_COMM_SELF, icosphere_mesh(0, 1), {});
   set_burnable(membrane, std::vector<double>(membrane.triangles.size(), 1));
-  State state(membrane);
-  state.add_wall();
-  state.add_chambers(2);
-  state.add_burning(membrane);
+  Options options;
+  options.chain = ChainKind::inflate;
+  options.heat.convection = 1;
+  State state(membrane, options, 2);
   state.burning->pieces = initial_pieces(membrane);
   for (const Colour none : {Colour::red, Colour::green, Colour::yellow}) {
     state.burning->active.springs[static_cast<std::size_t>(none)] = {true};  // to be seen to be put back

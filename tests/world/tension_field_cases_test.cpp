@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "meshing/generators.h"
-#include "prism/wall_stress.h"
+#include "prism/metric_energy.h"
 #include "tests/support/print_once.h"
 #include "tests/support/solver_options.h"
 #include "tests/world/static_balloon.h"

@@ -1,10 +1,12 @@
-#include "world/step_reach.h"
+#include "world/state_checks.h"
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
-#include <limits>
+#include <cmath>
+#include <type_traits>
 
 #include "base/units.h"
 #include "geometry/key_points.h"
@@ -24,21 +26,35 @@ double displacement(const Rows& path, const Eigen::Vector3d& velocity, double fr
 /// Diagonal of the undeformed surface's box, and the farthest that velocities and gravity alone carry an owned particle
 /// in a step, both [m]. Collective.
 std::array<double, 2> size_and_way(const Options& options, const Surface& surface, const State& state, double h) {
-  constexpr double none = -std::numeric_limits<double>::max();
-  std::array<double, 7> largest{none, none, none, none,
-                                none, none, 0};  // the box's upper and negative lower ends; a way
+  Eigen::AlignedBox3d box;
+  double way = 0;
   for (PetscInt i = 0; i < surface.particles.owned; ++i) {
-    for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      const auto k = static_cast<std::size_t>(axis);
-      largest[k] = std::max(largest[k], surface.rest(axis, i));
-      largest[k + 3] = std::max(largest[k + 3], -surface.rest(axis, i));
-    }
+    box.extend(surface.rest.col(i));
     const Eigen::Vector3d velocity = state.velocity.vector(i) + h * options.force.gravity;
-    largest[6] = std::max(largest[6], h * velocity.norm());
+    way = std::max(way, h * velocity.norm());
   }
-  largest = max_over_ranks(surface.comm(), largest);
-  const Eigen::Vector3d diagonal{largest[0] + largest[3], largest[1] + largest[4], largest[2] + largest[5]};
+  Eigen::Matrix<double, 7, 1> largest;
+  largest << box.max(), -box.min(), way;
+  max_over_ranks(surface.comm(), largest);
+  const Eigen::Vector3d diagonal = largest.head<3>() + largest.segment<3>(3);
   return {diagonal.norm(), largest[6]};
+}
+
+/// Calls `visit` with each number of a field that is a double.
+template <class Visit>
+void for_each_double(const FieldRegistry::Entry& entry, const Visit& visit) {
+  std::visit(
+      [&visit](auto* values) {
+        using Values = std::remove_pointer_t<decltype(values)>;
+        if constexpr (std::is_same_v<Values, Field>) {
+          std::for_each(values->data(), values->data() + values->values().size(), visit);
+        } else if constexpr (std::is_same_v<Values, double>) {
+          visit(*values);
+        } else if constexpr (std::is_same_v<Values, std::vector<double>> || std::is_same_v<Values, Eigen::VectorXd>) {
+          std::for_each(values->begin(), values->end(), visit);
+        }
+      },
+      entry.storage);
 }
 
 }  // namespace
@@ -80,6 +96,29 @@ std::string beyond_reach(const Options& options, const Surface& surface, const S
         too_far("the air of force.wind.velocity", h * place_on_key_points(options.force.air.wind.velocity, to).norm());
   }
   return words;
+}
+
+std::string non_finite(MPI_Comm comm, const FieldRegistry& state) {
+  const auto& entries = state.entries();
+  const auto first = std::find_if(entries.begin(), entries.end(), [](const FieldRegistry::Entry& entry) {
+    bool is_finite = true;
+    for_each_double(entry, [&is_finite](double number) { is_finite = is_finite && std::isfinite(number); });
+    return !is_finite;
+  });
+  const auto place = min_over_ranks(comm, static_cast<int>(first - entries.begin()));
+  return place == static_cast<int>(entries.size()) ? "" : "the " + entries[place].declaration.name + " is not finite";
+}
+
+bool make_finite(MPI_Comm comm, const FieldRegistry& state) {
+  bool found = false;
+  const auto mend = [&found](double& number) {
+    found = found || !std::isfinite(number);
+    number = std::isfinite(number) ? number : 0;
+  };
+  for (const FieldRegistry::Entry& entry : state.entries()) {
+    for_each_double(entry, mend);
+  }
+  return on_any_rank(comm, found);
 }
 
 }  // namespace world

@@ -1,10 +1,10 @@
-#include "world/non_finite.h"
+#include "world/state_checks.h"
 
 #include <gtest/gtest.h>
 
 #include <limits>
 
-namespace pellicle::non_finite_test {
+namespace pellicle::state_checks_test {
 namespace {
 
 TEST(NonFinite, TheFirstOfAnyRankIsNamedOnAll) {
@@ -61,4 +61,4 @@ TEST(NonFinite, WhatIsNotFiniteBecomesZero) {
 }
 
 }  // namespace
-}  // namespace pellicle::non_finite_test
+}  // namespace pellicle::state_checks_test

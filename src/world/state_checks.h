@@ -1,8 +1,10 @@
 #pragma once
 
+#include <mpi.h>
+
 #include <string>
 
-#include "surface/surface.h"
+#include "state/field_registry.h"
 #include "world/options.h"
 #include "world/state.h"
 
@@ -14,6 +16,15 @@ inline namespace world {
 /// path. Empty: nothing does. Collective.
 /// @param state at the start of the step @param h its length [s]
 std::string beyond_reach(const Options& options, const Surface& surface, const State& state, double h);
+
+/// Looks in a state for the results of overflow, or of a solver that diverged. Collective.
+/// @returns "the velocity is not finite" for the first field of which some rank holds such a number; "" if there is
+/// none
+std::string non_finite(MPI_Comm comm, const FieldRegistry& state);
+
+/// Sets values of a state that are not finite to 0, so that it can be drawn. Collective. @returns whether there were
+/// any
+bool make_finite(MPI_Comm comm, const FieldRegistry& state);
 
 }  // namespace world
 }  // namespace pellicle
