@@ -122,9 +122,8 @@ std::vector<bool> select(const Surface& points, const std::string& key, const Se
     add("box", [&](PetscInt i) { return in_layer(i) && box.contains(points.rest.col(i)); });
   }
   if (options.radius) {
-    add("radius", [&](PetscInt i) {
-      return in_layer(i) && (points.rest.col(i) - options.centre).norm() <= *options.radius;
-    });
+    add("radius",
+        [&](PetscInt i) { return in_layer(i) && (points.rest.col(i) - options.centre).norm() <= *options.radius; });
   }
   for (const int id : options.vertices) {
     add("vertices: " + std::to_string(id), [&](PetscInt i) { return points.persistent_id[i] == id; });

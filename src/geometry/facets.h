@@ -7,10 +7,12 @@
 namespace pellicle {
 inline namespace geometry {
 
+using Triangles = std::vector<std::array<int, 3>>;
+
 /// A triangulated surface, such as that of a solid in its own frame.
 struct Facets {
-  std::vector<Eigen::Vector3d> points;        ///< [m]
-  std::vector<std::array<int, 3>> triangles;  ///< points of each, with normals outward
+  std::vector<Eigen::Vector3d> points;  ///< [m]
+  Triangles triangles;                  ///< points of each, with normals outward
 };
 
 /// A line of places (distance from the z axis, height) turned round the axis, from below to above.

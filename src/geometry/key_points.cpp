@@ -1,5 +1,7 @@
 #include "geometry/key_points.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 namespace pellicle {
@@ -62,12 +64,8 @@ std::string fault_of_key_points(const std::vector<std::vector<double>>& rows, co
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const std::string name = "key point " + std::to_string(i + 1);
     if (rows[i].size() != columns.size()) {
-      std::string expected;
-      for (const std::string& column : columns) {
-        expected += (expected.empty() ? "" : ", ") + column;
-      }
-      return name + " has " + std::to_string(rows[i].size()) + " numbers, expected " + std::to_string(columns.size()) +
-             ": " + expected;
+      return fmt::format("{} has {} numbers, expected {}: {}", name, rows[i].size(), columns.size(),
+                         fmt::join(columns, ", "));
     }
     if (i > 0 && !(rows[i][0] > rows[i - 1][0])) {
       return name + " is at " + std::to_string(rows[i][0]) + " s, expected later than the one before";
@@ -77,8 +75,7 @@ std::string fault_of_key_points(const std::vector<std::vector<double>>& rows, co
 }
 
 std::string fault_of_motion(const std::vector<std::vector<double>>& path, const Eigen::Vector3d& velocity) {
-  const std::string fault = fault_of_key_points(path);
-  if (!fault.empty()) {
+  if (const std::string fault = fault_of_key_points(path); !fault.empty()) {
     return ".path: " + fault;
   }
   if (!path.empty() && !velocity.isZero(0)) {

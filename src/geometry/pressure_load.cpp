@@ -3,6 +3,8 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
+#include "geometry/cross_matrix.h"
+
 namespace pellicle {
 inline namespace geometry {
 
@@ -22,10 +24,7 @@ void add_pressure_stiffness_action(double pressure, const Eigen::Vector3d x[3], 
 }
 
 Eigen::Matrix3d rim_stiffness(double pressure, const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
-  const Eigen::Vector3d side = -pressure / 12 * (to - from);
-  Eigen::Matrix3d block;
-  block << 0, -side[2], side[1], side[2], 0, -side[0], -side[1], side[0], 0;
-  return block;
+  return cross_matrix(-pressure / 12 * (to - from));
 }
 
 }  // namespace geometry

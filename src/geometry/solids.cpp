@@ -131,18 +131,16 @@ namespace {
 
 using Mesh = std::shared_ptr<const ClosedMesh>;
 
-/// Calls `of_mesh` with a mesh, or `of_formula` with another shape.
-template <class Formula, class OfMesh>
-auto visit(const Shape& shape, const Formula& of_formula, const OfMesh& of_mesh) {
-  return std::visit(
-      [&](const auto& kind) {
-        if constexpr (std::is_same_v<std::decay_t<decltype(kind)>, Mesh>) {
-          return of_mesh(*kind);
-        } else {
-          return of_formula(kind);
-        }
-      },
-      shape);
+const ClosedMesh& solid_of(const Mesh& mesh) { return *mesh; }
+template <class Kind>
+const Kind& solid_of(const Kind& shape) {
+  return shape;
+}
+
+/// The result of `use` for what a shape is: a struct with a formula or a ClosedMesh.
+template <class Use>
+auto visit(const Shape& shape, const Use& use) {
+  return std::visit([&use](const auto& kind) { return use(solid_of(kind)); }, shape);
 }
 
 template <class Kind>
@@ -169,33 +167,26 @@ const std::vector<ShapeKind>& shape_kinds() {
 }
 
 bool Solid::is_convex() const {
-  return visit(
-      shape, [](const auto& kind) { return kind.is_convex; }, [](const ClosedMesh&) { return false; });
+  return visit(shape, [](const auto& kind) { return kind.is_convex; });
 }
 
 SignedDistance signed_distance(const Solid& solid, const Eigen::Vector3d& point) {
   const Eigen::Vector3d own = solid.pose.to_own(point);
-  SignedDistance gap = std::visit([&own](const auto& shape) { return signed_distance(shape, own); }, solid.shape);
+  SignedDistance gap = visit(solid.shape, [&own](const auto& kind) { return kind.distance(own); });
   gap.normal = solid.pose.turn * gap.normal;
   return gap;
 }
 
 Eigen::AlignedBox3d box_round(const Shape& shape) {
-  return visit(
-      shape, [](const auto& kind) { return kind.box(); }, [](const ClosedMesh& mesh) { return mesh.box(); });
+  return visit(shape, [](const auto& kind) { return kind.box(); });
 }
 
 double depth_of(const Shape& shape) {
-  return visit(
-      shape, [](const auto& kind) { return kind.depth(); }, [](const ClosedMesh&) { return 0.0; });
+  return visit(shape, [](const auto& kind) { return kind.depth(); });
 }
 
 Facets facets_of(const Shape& shape, double half_plane) {
-  return visit(
-      shape, [half_plane](const auto& kind) { return kind.facets(half_plane); },
-      [](const ClosedMesh& mesh) {
-        return Facets{mesh.points(), mesh.triangles()};
-      });
+  return visit(shape, [half_plane](const auto& kind) { return kind.facets(half_plane); });
 }
 
 }  // namespace geometry

@@ -12,15 +12,12 @@ inline namespace surface {
 namespace {
 
 /// Rank 0's names on every rank. Collective.
-std::vector<std::string> broadcast(MPI_Comm comm, const std::vector<std::string>& names) {
+std::vector<std::string> names_of_root(MPI_Comm comm, const std::vector<std::string>& names) {
   std::string text;
   for (const std::string& name : names) {
     text += name + '\0';
   }
-  auto length = static_cast<int>(text.size());
-  MPI_Bcast(&length, 1, MPI_INT, 0, comm);
-  text.resize(length);
-  MPI_Bcast(text.data(), length, MPI_CHAR, 0, comm);
+  broadcast(comm, text);
   std::vector<std::string> received;
   for (std::size_t begin = 0; begin < text.size(); begin = text.find('\0', begin) + 1) {
     received.emplace_back(text.c_str() + begin);
@@ -31,9 +28,8 @@ std::vector<std::string> broadcast(MPI_Comm comm, const std::vector<std::string>
 /// The rows of this rank's mesh, without the groups.
 MeshRows own_rows_of(const SurfaceMesh& mesh) {
   MeshRows rows;
-  rows.vertices.resize(mesh.points.size());
   for (std::size_t vertex = 0; vertex < mesh.points.size(); ++vertex) {
-    MeshRows::Point& point = rows.vertices[vertex];
+    MeshRows::Point& point = rows.vertices.emplace_back();
     Eigen::Map<Eigen::Vector3d>(point.position.data()) = mesh.points[vertex];
     point.id = mesh.id_of_point(static_cast<int>(vertex));
   }
@@ -90,8 +86,8 @@ MeshRows rows_of(MPI_Comm comm, const SurfaceMesh& mesh) {
   MPI_Bcast(shape.data(), 2, MPI_INT, 0, comm);
   rows.corners = shape[0];
   rows.has_uv = shape[1] != 0;
-  rows.fields = broadcast(comm, fields);
-  for (const std::string& name : broadcast(comm, names)) {
+  rows.fields = names_of_root(comm, fields);
+  for (const std::string& name : names_of_root(comm, names)) {
     vertices[name];
   }
   set_groups(comm, rows, vertices, cells);
