@@ -8,48 +8,30 @@
 #include "linear/ksp.h"
 #include "linear/shell_operations.h"
 #include "parallel/collective.h"
+#include "projection/vec_values.h"
 
 namespace pellicle {
 inline namespace projection {
 
-namespace {
-
-using ConstVector = Eigen::Map<const Eigen::Vector3d>;
-
-}  // namespace
-
 void linearise(const SpringSet& springs, const double* x, const std::vector<double>& target,
                const std::vector<bool>& active, Linearisation& result) {
-  const std::size_t count = springs.ends.size();
-  result.error.resize(static_cast<Eigen::Index>(count));
-  result.gradient.resize(3, static_cast<Eigen::Index>(count));
-  for (std::size_t s = 0; s < count; ++s) {
+  using Place = Eigen::Map<const Eigen::Vector3d>;
+  const PetscInt count = springs.local();
+  result.error.resize(count);
+  result.gradient.resize(3, count);
+  for (PetscInt s = 0; s < count; ++s) {
     if (!active[s]) {
-      result.error[static_cast<Eigen::Index>(s)] = 0;
-      result.gradient.col(static_cast<Eigen::Index>(s)).setZero();
+      result.error[s] = 0;
+      result.gradient.col(s).setZero();
       continue;
     }
     const auto& [a, b] = springs.ends[s];
-    const Eigen::Vector3d d = ConstVector(x + 3 * a) - ConstVector(x + 3 * b);
+    const Eigen::Vector3d d = Place(x + 3 * a) - Place(x + 3 * b);
     const double l = target[s];
-    result.error[static_cast<Eigen::Index>(s)] = d.squaredNorm() / l - l;
-    result.gradient.col(static_cast<Eigen::Index>(s)) = (2 / l) * d;
+    result.error[s] = d.squaredNorm() / l - l;
+    result.gradient.col(s) = (2 / l) * d;
   }
   check(PetscLogFlops(14.0 * static_cast<double>(count)));
-}
-
-double squared_error(const SpringSet& springs, const double* x, const std::vector<double>& target,
-                     const std::vector<bool>& active) {
-  double sum = 0;
-  for (PetscInt s = 0; s < springs.owned(); ++s) {
-    if (!active[s]) {
-      continue;
-    }
-    const auto& [a, b] = springs.ends[s];
-    const double error = (ConstVector(x + 3 * a) - ConstVector(x + 3 * b)).squaredNorm() / target[s] - target[s];
-    sum += error * error;
-  }
-  return sum;
 }
 
 Gram::Gram(const SpringSet& springs, const Layout& particles, Choice<GramFormat> mat_type, const std::string& prefix)
@@ -58,7 +40,11 @@ Gram::Gram(const SpringSet& springs, const Layout& particles, Choice<GramFormat>
   diagonal_.resize(owned);
   preconditioner_ = {[this] { update_lines(); }, [this](Vec in, Vec out) { lines_->apply(in, out); },
                      "tridiagonal solves along lines of springs"};
-  if (mat_type_ != GramFormat::shell) {
+  if (mat_type_ == GramFormat::shell) {
+    check(MatCreateShell(springs_.layout.comm, owned, owned, PETSC_DETERMINE, PETSC_DETERMINE, this, other_.create()));
+    set_symmetric_product<&Gram::multiply>(other_);
+    set_shell_operation<&Gram::copy_diagonal>(other_, MATOP_GET_DIAGONAL);
+  } else {
     std::vector<PetscInt> rows(owned);
     std::iota(rows.begin(), rows.end(), 0);
     std::vector<PetscInt> columns;
@@ -66,21 +52,14 @@ Gram::Gram(const SpringSet& springs, const Layout& particles, Choice<GramFormat>
       columns.push_back(springs_.layout.to_global(s));
     }
     rows_ = std::make_unique<GramBlock>(springs_, particles_, rows, columns, owned);
-    set_definite(rows_->matrix());
-    set_matrix_options(rows_->matrix(), prefix);
-    offer_preconditioner(rows_->matrix(), LineElimination::type, preconditioner_);
-    if (mat_type_ == GramFormat::sell) {
-      check(MatConvert(rows_->matrix(), MATSELL, MAT_INITIAL_MATRIX, other_.create()));
-      set_definite(other_);
-    }
-    return;
   }
-  check(MatCreateShell(springs_.layout.comm, owned, owned, PETSC_DETERMINE, PETSC_DETERMINE, this, other_.create()));
-  set_symmetric_product<&Gram::multiply>(other_);
-  set_shell_operation<&Gram::copy_diagonal>(other_, MATOP_GET_DIAGONAL);
-  set_definite(other_);
-  set_matrix_options(other_, prefix);
-  offer_preconditioner(other_, LineElimination::type, preconditioner_);
+  set_definite(preconditioning_matrix());
+  set_matrix_options(preconditioning_matrix(), prefix);
+  offer_preconditioner(preconditioning_matrix(), LineElimination::type, preconditioner_);
+  if (mat_type_ == GramFormat::sell) {
+    check(MatConvert(rows_->matrix(), MATSELL, MAT_INITIAL_MATRIX, other_.create()));
+    set_definite(other_);
+  }
 }
 
 void Gram::update_lines() {
@@ -126,10 +105,7 @@ void Gram::update(const Eigen::Matrix3Xd& gradient, const std::vector<double>& i
 }
 
 void Gram::apply_transpose(const Eigen::Matrix3Xd& gradient, Vec lambda, Eigen::Matrix3Xd& result) {
-  const double* values = nullptr;
-  check(VecGetArrayRead(lambda, &values));
-  std::copy(values, values + springs_.owned(), lambda_.data());
-  check(VecRestoreArrayRead(lambda, &values));
+  copy_from(lambda, springs_.owned(), lambda_.data());
   lambda_.update_ghosts();
   result.setZero(3, particles_.local());
   for (std::size_t s = 0; s < springs_.ends.size(); ++s) {
@@ -146,8 +122,7 @@ void Gram::copy_diagonal(Vec out) const { copy_to(out, diagonal_); }
 void Gram::multiply(Vec in, Vec out) {
   apply_transpose(*gradient_, in, particle_sum_);
   const double* lambda = lambda_.data();
-  double* values = nullptr;
-  check(VecGetArrayWrite(out, &values));
+  const ChangedValues values(out);
   for (std::size_t s = 0; s < diagonal_.size(); ++s) {
     const auto& [a, b] = springs_.ends[s];
     const double mass_a = (*inverse_mass_)[a];
@@ -159,7 +134,6 @@ void Gram::multiply(Vec in, Vec out) {
                 (diagonal_[s] - without_shift) * lambda[s];
   }
   check(PetscLogFlops(27.0 * static_cast<double>(diagonal_.size())));
-  check(VecRestoreArrayWrite(out, &values));
 }
 
 }  // namespace projection

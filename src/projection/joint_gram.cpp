@@ -7,6 +7,7 @@
 #include "linear/ksp.h"
 #include "linear/shell_operations.h"
 #include "parallel/collective.h"
+#include "projection/vec_values.h"
 
 namespace pellicle {
 inline namespace projection {
@@ -83,10 +84,8 @@ void JointGram::add_transpose(const double* lambda) {
 }
 
 void JointGram::multiply(Vec in_vector, Vec out_vector) {
-  const double* in = nullptr;
-  double* out = nullptr;
-  check(VecGetArrayRead(in_vector, &in));
-  check(VecGetArrayWrite(out_vector, &out));
+  const ReadValues in(in_vector);
+  const ChangedValues out(out_vector);
   add_transpose(in);
   double* sums = sum_.data();
   for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
@@ -105,8 +104,6 @@ void JointGram::multiply(Vec in_vector, Vec out_vector) {
           shift_[row] * in[row] + g[0] * (at_a[0] - at_b[0]) + g[1] * (at_a[1] - at_b[1]) + g[2] * (at_a[2] - at_b[2]);
     }
   }
-  check(VecRestoreArrayWrite(out_vector, &out));
-  check(VecRestoreArrayRead(in_vector, &in));
   check(PetscLogFlops(20.0 * static_cast<double>(row)));
 }
 
@@ -115,10 +112,7 @@ void JointGram::copy_diagonal(Vec out) const { copy_to(out, diagonal_); }
 StageResult JointGram::solve(const std::vector<double>& right_hand_side, const LinearNeed& need) {
   copy_to(right_hand_side_, right_hand_side);
   const StageResult result = pellicle::solve(ksp_, right_hand_side_, lambda_, &need);
-  const double* lambda = nullptr;
-  check(VecGetArrayRead(lambda_, &lambda));
-  std::copy_n(lambda, lambda_values_.size(), lambda_values_.begin());
-  check(VecRestoreArrayRead(lambda_, &lambda));
+  copy_from(lambda_, static_cast<PetscInt>(lambda_values_.size()), lambda_values_.data());
   return result;
 }
 
