@@ -47,7 +47,7 @@ void BoxTree::move_to(const std::vector<Bounds>& boxes) {
   std::transform(numbers_.begin(), numbers_.end(), bounds_.begin(), [&boxes](int number) { return boxes[number]; });
   for (auto node = nodes_.rbegin(); node != nodes_.rend(); ++node) {  // Children come behind their parents.
     if (node->is_leaf()) {
-      node->bounds = bounds(node->first);
+      node->bounds = bounds_[node->first];
       std::for_each(bounds_.begin() + node->first, bounds_.begin() + node->end,
                     [&node](const Bounds& box) { node->bounds.extend(box); });
     } else {
@@ -63,7 +63,7 @@ int BoxTree::build(int first, int end, const std::vector<Eigen::Array4f>& middle
   if (end - first <= most_of_leaf) {
     return of;
   }
-  const auto middle = [&](int item) -> const Eigen::Array4f& { return middles[number(item)]; };
+  const auto middle = [&](int item) -> const Eigen::Array4f& { return middles[numbers_[item]]; };
   Eigen::Array4f low = middle(first);
   Eigen::Array4f high = low;
   for (int i = first; i < end; ++i) {

@@ -6,10 +6,16 @@
 #include <string>
 #include <vector>
 
-#include "geometry/facets.h"
-
 namespace pellicle {
 inline namespace geometry {
+
+using Triangles = std::vector<std::array<int, 3>>;
+
+/// A triangulated surface, such as that of a solid in its own frame.
+struct Facets {
+  std::vector<Eigen::Vector3d> points;  ///< [m]
+  Triangles triangles;                  ///< points of each, with normals outward
+};
 
 /// Signed distance of a point from a solid, negative inside, with the outward direction.
 struct SignedDistance {

@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "geometry/closed_mesh.h"
-#include "geometry/facets.h"
 #include "geometry/rigid_motion.h"
 
 namespace pellicle {

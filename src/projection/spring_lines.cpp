@@ -125,11 +125,9 @@ class LineFinder {
     std::array<PetscInt, 2> separators{none, none};
     for (std::size_t end = 0; end < 2; ++end) {
       const PetscInt spring = end == 0 ? springs.front() : springs.back();
-      const PetscInt inwards = springs.size() == 1 ? none : end == 0 ? springs[1] : springs[springs.size() - 2];
       for (std::size_t side = 0; side < 2; ++side) {
         const PetscInt next = following_of_family(spring, side);
-        const bool is_outwards = springs.size() == 1 ? side == end : next != inwards;
-        if (next != none && is_outwards && is_separator_[next]) {
+        if ((springs.size() > 1 || side == end) && next != none && is_separator_[next]) {
           separators[end] = next;
         }
       }
@@ -243,24 +241,22 @@ class LineFinder {
 
   /// Gives crossing lines of this rank different families where possible.
   void choose_families() {
-    component_of_line_.resize(lines_.size());
-    std::vector<bool> is_chosen(lines_.size(), false);
-    std::vector<bool> is_first_family(lines_.size(), false);
+    component_of_line_.assign(lines_.size(), none);
+    std::vector<bool> is_first_family(lines_.size(), true);
     std::vector<std::size_t> queue;
     for (std::size_t start = 0; start < lines_.size(); ++start) {
-      if (is_chosen[start]) {
+      if (component_of_line_[start] != none) {
         continue;
       }
-      is_chosen[start] = is_first_family[start] = true;
+      component_of_line_[start] = components_;
       queue.assign(1, start);
       for (std::size_t head = 0; head < queue.size(); ++head) {
-        component_of_line_[queue[head]] = components_;
         for (const PetscInt spring : lines_[queue[head]]) {
           for (const PetscInt particle : set_.ends[spring]) {
             for (const PetscInt crossing : incidence_[particle]) {
               const PetscInt line = crossing < set_.owned() ? line_of_[crossing] : none;
-              if (line != none && !is_chosen[line]) {
-                is_chosen[line] = true;
+              if (line != none && component_of_line_[line] == none) {
+                component_of_line_[line] = components_;
                 is_first_family[line] = !is_first_family[queue[head]];
                 queue.push_back(line);
               }

@@ -76,14 +76,16 @@ ProjectionError constraint_errors(const Sheet& sheet, const Field& x,
   for (const Colour colour : all_colours) {
     const auto index = static_cast<std::size_t>(colour);
     const SpringSet& springs = sheet.of(colour);
+    double sum = 0;
     for (PetscInt s = 0; s < springs.owned() && sheet.acts(colour); ++s) {
       if (active.springs[index][s]) {
         const auto& [a, b] = springs.ends[s];
         const double target = target_length[index][s];
         const double constraint = (x.vector(a) - x.vector(b)).squaredNorm() / target - target;
-        error.colour[index] += constraint * constraint;
+        sum += constraint * constraint;
       }
     }
+    error.colour[index] = sum;
   }
   error.colour = sum_over_ranks(sheet.comm(), error.colour);
   error.total = std::sqrt(std::accumulate(error.colour.begin(), error.colour.end(), 0.0));

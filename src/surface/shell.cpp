@@ -274,7 +274,7 @@ MeshRows rows_of(const Sheet& sheet, const std::vector<bool>& kept, const Record
   std::vector<PetscInt> kept_cells;
   std::vector<PetscInt> lattice;
   for (PetscInt cell = 0; cell < sheet.elements.owned; ++cell) {
-    if (kept[cell]) {
+    if (kept.empty() || kept[cell]) {
       kept_cells.push_back(cell);
       lattice.push_back(sheet.lattice[cell]);
       rows.cells.push_back(row_of(sheet, lattice.back()));
@@ -292,7 +292,7 @@ MeshRows rows_of(const Sheet& sheet, const std::vector<bool>& kept, const Record
 }
 
 MeshRows rows_of_mesh(const Sheet& sheet) {
-  MeshRows rows = rows_of(sheet, std::vector<bool>(sheet.elements.owned, true), {}, {});
+  MeshRows rows = rows_of(sheet, {}, {}, {});
   for (MeshRows::Point& cell : rows.cells) {
     cell.id -= sheet.first_lattice_id;
   }

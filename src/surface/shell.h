@@ -42,7 +42,7 @@ struct SheetIds {
 LoadedSheet make_sheet(MPI_Comm comm, MeshRows rows, const SheetIds& ids, const SheetOptions& options);
 
 /// The sheet as rows: cells and vertices on the ranks that own them, corners without a kept cell included. Collective.
-/// @param kept whether each owned cell is included
+/// @param kept whether each owned cell is included; empty: all
 /// @param particles data of the owned particles
 /// @param cells data of the owned cells
 MeshRows rows_of(const Sheet& sheet, const std::vector<bool>& kept, const Records& particles, const Records& cells);

@@ -29,6 +29,7 @@ WeaveStrain weave_strain(const Sheet& sheet, const Field& x, const std::array<st
     const auto index = static_cast<std::size_t>(colour);
     const SpringSet& springs = sheet.of(colour);
     const std::vector<bool>& lives = active.springs[index];
+    double squares = 0;
     double sum = 0;
     for (PetscInt s = 0; s < springs.owned(); ++s) {
       if (!lives[s]) {
@@ -36,7 +37,7 @@ WeaveStrain weave_strain(const Sheet& sheet, const Field& x, const std::array<st
       }
       const auto [a, b] = springs.ends[s];
       const double value = std::abs((x.vector(a) - x.vector(b)).norm() / target_length[index][s] - 1);
-      sums[index] += value * value;
+      squares += value * value;
       ++sums[4 + index];
       if (bears[index][s]) {
         sum += value;
@@ -53,6 +54,7 @@ WeaveStrain weave_strain(const Sheet& sheet, const Field& x, const std::array<st
         }
       }
     }
+    sums[index] = squares;
     sums[8] += sum;
   }
   sums = sum_over_ranks(sheet.comm(), sums);
