@@ -8,7 +8,6 @@
 #include "linear/ksp.h"
 #include "linear/shell_operations.h"
 #include "parallel/collective.h"
-#include "projection/vec_values.h"
 
 namespace pellicle {
 inline namespace projection {
@@ -76,9 +75,9 @@ void Gram::update(const Eigen::Matrix3Xd& gradient, const std::vector<double>& i
   inverse_mass_ = &inverse_mass;
   double largest_entry = 0;
   double largest_square = 0;  // of gradients
-  for (std::size_t s = 0; s < diagonal_.size(); ++s) {
+  for (PetscInt s = 0; s < springs_.owned(); ++s) {
     const auto& [a, b] = springs_.ends[s];
-    const double square = gradient.col(static_cast<Eigen::Index>(s)).squaredNorm();
+    const double square = gradient.col(s).squaredNorm();
     const double entry = (inverse_mass[a] + inverse_mass[b]) * square;
     diagonal_[s] = entry;
     largest_entry = std::max(largest_entry, entry);
@@ -105,12 +104,12 @@ void Gram::update(const Eigen::Matrix3Xd& gradient, const std::vector<double>& i
 }
 
 void Gram::apply_transpose(const Eigen::Matrix3Xd& gradient, Vec lambda, Eigen::Matrix3Xd& result) {
-  copy_from(lambda, springs_.owned(), lambda_.data());
+  std::copy_n(ConstVecValues(lambda).data(), springs_.owned(), lambda_.data());
   lambda_.update_ghosts();
   result.setZero(3, particles_.local());
-  for (std::size_t s = 0; s < springs_.ends.size(); ++s) {
+  for (PetscInt s = 0; s < springs_.local(); ++s) {
     const auto& [a, b] = springs_.ends[s];
-    const Eigen::Vector3d force = lambda_.data()[s] * gradient.col(static_cast<Eigen::Index>(s));
+    const Eigen::Vector3d force = lambda_.data()[s] * gradient.col(s);
     result.col(a) += force;
     result.col(b) -= force;
   }
@@ -122,12 +121,12 @@ void Gram::copy_diagonal(Vec out) const { copy_to(out, diagonal_); }
 void Gram::multiply(Vec in, Vec out) {
   apply_transpose(*gradient_, in, particle_sum_);
   const double* lambda = lambda_.data();
-  const ChangedValues values(out);
-  for (std::size_t s = 0; s < diagonal_.size(); ++s) {
+  VecValues values(out);
+  for (PetscInt s = 0; s < springs_.owned(); ++s) {
     const auto& [a, b] = springs_.ends[s];
     const double mass_a = (*inverse_mass_)[a];
     const double mass_b = (*inverse_mass_)[b];
-    const auto own = gradient_->col(static_cast<Eigen::Index>(s));
+    const auto own = gradient_->col(s);
     // The sums include the spring's own share; the diagonal replaces it with the shifted one.
     const double without_shift = (mass_a + mass_b) * own.squaredNorm();
     values[s] = own.dot(mass_a * particle_sum_.col(a) - mass_b * particle_sum_.col(b)) +

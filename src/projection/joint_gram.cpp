@@ -7,7 +7,6 @@
 #include "linear/ksp.h"
 #include "linear/shell_operations.h"
 #include "parallel/collective.h"
-#include "projection/vec_values.h"
 
 namespace pellicle {
 inline namespace projection {
@@ -71,9 +70,9 @@ void JointGram::add_transpose(const double* lambda) {
 }
 
 void JointGram::multiply(Vec in_vector, Vec out_vector) {
-  const ReadValues in(in_vector);
-  const ChangedValues out(out_vector);
-  add_transpose(in);
+  const ConstVecValues in(in_vector);
+  VecValues out(out_vector);
+  add_transpose(in.data());
   double* sums = sum_.data();
   for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
     sum_.vector(i) *= (*inverse_mass_)[i];
@@ -93,7 +92,7 @@ void JointGram::copy_diagonal(Vec out) const { copy_to(out, diagonal_); }
 StageResult JointGram::solve(const std::vector<double>& right_hand_side, const LinearNeed& need) {
   copy_to(right_hand_side_, right_hand_side);
   const StageResult result = pellicle::solve(ksp_, right_hand_side_, lambda_, &need);
-  copy_from(lambda_, static_cast<PetscInt>(lambda_values_.size()), lambda_values_.data());
+  std::copy_n(ConstVecValues(lambda_).data(), lambda_values_.size(), lambda_values_.begin());
   return result;
 }
 

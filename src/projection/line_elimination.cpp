@@ -11,7 +11,6 @@
 #include "linear/shell_operations.h"
 #include "parallel/collective.h"
 #include "parallel/exchange.h"
-#include "projection/vec_values.h"
 
 namespace pellicle {
 inline namespace projection {
@@ -360,7 +359,8 @@ LineElimination::LineElimination(const SpringSet& springs, const Layout& particl
   set_symmetric_product<&LineElimination::multiply>(schur_);
   set_definite(schur_);
   set_matrix_options(schur_, prefix);
-  preconditioner_ = {{}, [this](Vec in, Vec out) { kept_.solve(ReadValues(in), ChangedValues(out)); }, words()};
+  preconditioner_ = {
+      {}, [this](Vec in, Vec out) { kept_.solve(ConstVecValues(in).data(), VecValues(out).data()); }, words()};
   offer_preconditioner(schur_, type, preconditioner_);
 }
 
@@ -383,54 +383,56 @@ void LineElimination::update(const std::vector<double>& diagonal, const Eigen::M
 }
 
 void LineElimination::multiply(Vec in_vector, Vec out_vector) {
-  const ReadValues in(in_vector);
-  const ChangedValues out(out_vector);
-  rows_->begin(in);
-  kept_.matrices().multiply(in, out);
-  rows_->end(in);
+  const ConstVecValues in(in_vector);
+  VecValues out(out_vector);
+  rows_->begin(in.data());
+  kept_.matrices().multiply(in.data(), out.data());
+  rows_->end(in.data());
   eliminated_.solve_by_groups(
-      [&](std::size_t first, std::size_t count, double* values) { rows_->multiply(first, count, in, values); },
-      [&](std::size_t first, std::size_t count, const double* x) { rows_->subtract_transposed(first, count, x, out); });
+      [&](std::size_t first, std::size_t count, double* values) { rows_->multiply(first, count, in.data(), values); },
+      [&](std::size_t first, std::size_t count, const double* x) {
+        rows_->subtract_transposed(first, count, x, out.data());
+      });
   const std::size_t below = eliminated_.matrices().size();
-  rows_->multiply(below, off_lines_.size(), in, off_line_values_.data());
+  rows_->multiply(below, off_lines_.size(), in.data(), off_line_values_.data());
   for (std::size_t k = 0; k < off_lines_.size(); ++k) {
     out[off_lines_[k]] += off_line_values_[k];
   }
-  rows_->send(out);
+  rows_->send(out.data());
 }
 
 /// Computes the right-hand side of S.
 void LineElimination::eliminate(Vec right_hand_side) {
-  const ReadValues all(right_hand_side);
-  const ChangedValues kept(kept_right_hand_side_);
-  gather(kept_.matrices(), 0, kept_.matrices().springs().size(), all, kept);
+  const ConstVecValues all(right_hand_side);
+  VecValues kept(kept_right_hand_side_);
+  gather(kept_.matrices(), 0, kept_.matrices().springs().size(), all.data(), kept.data());
   eliminated_.solve_by_groups([&](std::size_t first, std::size_t count,
-                                  double* values) { gather(eliminated_.matrices(), first, count, all, values); },
+                                  double* values) { gather(eliminated_.matrices(), first, count, all.data(), values); },
                               [&](std::size_t first, std::size_t count, const double* x) {
-                                rows_->subtract_transposed(first, count, x, kept);
+                                rows_->subtract_transposed(first, count, x, kept.data());
                               });
-  rows_->send(kept);
+  rows_->send(kept.data());
 }
 
 /// Computes the eliminated values from the kept ones, and combines both in lambda.
 void LineElimination::substitute(Vec right_hand_side, Vec lambda) {
-  const ReadValues kept(kept_values_);
-  const ReadValues given(right_hand_side);
-  const ChangedValues all(lambda);
-  rows_->begin(kept);
-  scatter(kept_.matrices(), 0, kept_.matrices().springs().size(), kept, all);
-  rows_->end(kept);
+  const ConstVecValues kept(kept_values_);
+  const ConstVecValues given(right_hand_side);
+  VecValues all(lambda);
+  rows_->begin(kept.data());
+  scatter(kept_.matrices(), 0, kept_.matrices().springs().size(), kept.data(), all.data());
+  rows_->end(kept.data());
   const PetscInt* springs = eliminated_.matrices().springs().data();
   eliminated_.solve_by_groups(
       [&](std::size_t first, std::size_t count, double* values) {
-        rows_->multiply(first, count, kept, values);
+        rows_->multiply(first, count, kept.data(), values);
         for (std::size_t i = 0; i < count; ++i) {
           const PetscInt spring = springs[first + i];
           values[i] = (spring < 0 ? 0 : given[spring]) - values[i];
         }
       },
       [&](std::size_t first, std::size_t count, const double* x) {
-        scatter(eliminated_.matrices(), first, count, x, all);
+        scatter(eliminated_.matrices(), first, count, x, all.data());
       });
 }
 
@@ -443,7 +445,7 @@ StageResult LineElimination::solve(KSP ksp, Vec right_hand_side, Vec lambda, con
 
 void LineElimination::apply(Vec in, Vec out) {
   eliminate(in);
-  kept_.solve(ReadValues(kept_right_hand_side_), ChangedValues(kept_values_));
+  kept_.solve(ConstVecValues(kept_right_hand_side_).data(), VecValues(kept_values_).data());
   substitute(in, out);
 }
 

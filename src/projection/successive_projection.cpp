@@ -2,13 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 
 #include "base/error.h"
 #include "base/units.h"
+#include "linear/shell_operations.h"
 #include "parallel/collective.h"
-#include "projection/vec_values.h"
 #include "surface/incidence.h"
 #include "surface/weave_strain.h"
 
@@ -46,27 +45,22 @@ void require_shift_at_irregular_vertices(const Sheet& sheet, const ProjectOption
   if (options.shift >= least_shift) {
     return;
   }
-  std::vector<PetscInt> most(sheet.particles.owned, 0);
+  std::array<PetscInt, 2> worst{};  // minus the number of neighbours, then the id
   for (const Colour colour : all_colours) {
-    if (!sheet.acts(colour)) {
-      continue;
-    }
-    const Incidence incidence(sheet.of(colour).ends, sheet.particles.local());
-    for (std::size_t i = 0; i < most.size(); ++i) {
-      most[i] = std::max(most[i], incidence[static_cast<PetscInt>(i)].size());
+    if (sheet.acts(colour)) {
+      const Incidence incidence(sheet.of(colour).ends, sheet.particles.local());
+      for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
+        worst = std::min(worst, {-incidence[i].size(), sheet.persistent_id[i]});
+      }
     }
   }
-  const PetscInt largest = max_over_ranks(sheet.comm(), most.empty() ? 0 : *std::max_element(most.begin(), most.end()));
-  if (largest <= most_neighbours) {
+  const std::vector<std::array<PetscInt, 2>> of_ranks = of_all_ranks(sheet.comm(), std::vector{worst});
+  const auto [count, vertex] = *std::min_element(of_ranks.begin(), of_ranks.end());
+  if (-count <= most_neighbours) {
     return;
   }
-  PetscInt vertex = std::numeric_limits<PetscInt>::max();
-  for (std::size_t i = 0; i < most.size(); ++i) {
-    vertex = most[i] == largest ? std::min(vertex, sheet.persistent_id[i]) : vertex;
-  }
-  vertex = min_over_ranks(sheet.comm(), vertex);
   throw Error("project.shift: " + number_text(options.shift) + ", expected at least " + number_text(least_shift) +
-              " as vertex " + std::to_string(vertex) + " has " + std::to_string(largest) +
+              " as vertex " + std::to_string(vertex) + " has " + std::to_string(-count) +
               " neighbours by springs of one colour: beyond six the projection diverges without it");
 }
 
@@ -223,7 +217,7 @@ StageResult SuccessiveProjection::project_colour(Field& x, Colour colour, const 
     system.lines->update(system.gram->diagonal(), constraint.gradient, gram_inverse_mass_);
   }
   {
-    const ChangedValues values(system.right_hand_side);
+    VecValues values(system.right_hand_side);
     for (PetscInt s = 0; s < springs.owned(); ++s) {
       const double error = constraint.error[s];
       values[s] = limit ? excess(error, input.target_length[index][s], sheet_.layers == 1 ? 0 : aim * *limit)
@@ -240,7 +234,7 @@ StageResult SuccessiveProjection::project_colour(Field& x, Colour colour, const 
   system.gram->apply_transpose(constraint.gradient, system.lambda, displacement_);
   move(x);
   if (input.pull != nullptr) {
-    add_pull(colour, ReadValues(system.lambda), (*input.pull)[index]);
+    add_pull(colour, ConstVecValues(system.lambda).data(), (*input.pull)[index]);
   }
   return result;
 }
