@@ -77,12 +77,9 @@ SignedDistance Box::distance(const Eigen::Vector3d& point) const {
   if (most <= 0) {
     return {most, sign_of(point[axis]) * Eigen::Vector3d::Unit(axis)};
   }
-  Eigen::Vector3d arm = beyond.cwiseMax(0);
+  const Eigen::Vector3d arm = beyond.cwiseMax(0);
   const double length = arm.norm();
-  for (Eigen::Index k = 0; k < 3; ++k) {
-    arm[k] *= sign_of(point[k]);
-  }
-  return {length, arm / length};
+  return {length, point.unaryExpr(&sign_of).cwiseProduct(arm) / length};
 }
 
 SignedDistance Capsule::distance(const Eigen::Vector3d& point) const {

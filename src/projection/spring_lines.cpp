@@ -152,18 +152,13 @@ class LineFinder {
     }
   }
 
-  /// The springs at a particle, in the same order on all ranks.
-  std::vector<PetscInt> sorted_springs_at(PetscInt particle) const {
-    const Incidence::Range all = incidence_[particle];
-    std::vector<PetscInt> springs(all.begin(), all.end());
-    std::sort(springs.begin(), springs.end(),
-              [this](PetscInt a, PetscInt b) { return set_.layout.to_global(a) < set_.layout.to_global(b); });
-    return springs;
-  }
-
   /// Joins opposite springs: those that make no corner.
   void pair_springs(PetscInt particle) {
-    const std::vector<PetscInt> springs = sorted_springs_at(particle);
+    const Incidence::Range all = incidence_[particle];
+    std::vector<PetscInt> springs(all.begin(), all.end());
+    std::sort(springs.begin(), springs.end(), [this](PetscInt a, PetscInt b) {  // in the same order on all ranks
+      return set_.layout.to_global(a) < set_.layout.to_global(b);
+    });
     if (springs.size() == 3 || springs.size() == 4) {
       pair_regularly(particle, springs);
       return;

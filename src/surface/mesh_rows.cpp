@@ -4,6 +4,7 @@
 #include <map>
 #include <utility>
 
+#include "base/error.h"
 #include "parallel/collective.h"
 
 namespace pellicle {
