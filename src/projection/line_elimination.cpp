@@ -207,15 +207,15 @@ std::vector<bool> follows_separator(const LineFamily& family) {
 
 }  // namespace
 
-JoinedLines::JoinedLines(const SpringSet& set, LineFamily family, bool keeps_entries)
-    : set_(set), matrices_(set, family.lines, follows_separator(family), keeps_entries), family_(std::move(family)) {
+JoinedLines::JoinedLines(const SpringSet& set, LineFamily& family, bool keeps_entries)
+    : set_(set), matrices_(set, family.lines, follows_separator(family), keeps_entries), family_(family) {
   for (std::size_t line = 0; line < family_.lines.size(); ++line) {
     if (unknowns_.size() < family_.separators.size() &&
         family_.lines[line].front() == family_.separators[unknowns_.size()]) {
       unknowns_.push_back(matrices_.at_end(line, 0));
     }
   }
-  family_.lines.clear();
+  family.lines = {};
   coupling_.resize(family_.ends.size());
   separators_.resize(2 * static_cast<std::size_t>(family_.separators_of_all));
   right_.resize(family_.separators_of_all);
@@ -313,11 +313,9 @@ void JoinedLines::solve_separators(double* values) {
 }
 
 LineElimination::LineElimination(const SpringSet& springs, const Layout& particles, const std::string& prefix)
-    : LineElimination(springs, particles, prefix, find_lines(springs, particles)) {}
-
-LineElimination::LineElimination(const SpringSet& springs, const Layout& particles, const std::string& prefix,
-                                 SpringLines lines)
-    : eliminated_(springs, std::move(lines.eliminated), false), kept_(springs, std::move(lines.kept), true) {
+    : lines_(find_lines(springs, particles)),
+      eliminated_(springs, lines_.eliminated, false),
+      kept_(springs, lines_.kept, true) {
   MPI_Comm comm = springs.layout.comm;
   const PetscInt unknowns = kept_.matrices().size();
   const PetscInt first = number_owned(comm, unknowns).first;

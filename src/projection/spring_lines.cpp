@@ -112,8 +112,8 @@ class LineFinder {
     family.separators.push_back(spring);
     family.numbers.push_back(number_[spring]);
     for (std::size_t end = 0; end < 2; ++end) {
-      const PetscInt next = following_of_family(spring, end);
-      if (next != none && is_separator_[next] && number_[spring] < number_[next]) {
+      const PetscInt next = separator_beside(spring, end);
+      if (next != none && number_[spring] < number_[next]) {
         family.neighbours.push_back({spring, next});
         family.neighbour_numbers.push_back(number_[spring]);
       }
@@ -126,8 +126,8 @@ class LineFinder {
     for (std::size_t end = 0; end < 2; ++end) {
       const PetscInt spring = end == 0 ? springs.front() : springs.back();
       for (std::size_t side = 0; side < 2; ++side) {
-        const PetscInt next = following_of_family(spring, side);
-        if ((springs.size() > 1 || side == end) && next != none && is_separator_[next]) {
+        const PetscInt next = separator_beside(spring, side);
+        if (next != none && (springs.size() > 1 || side == end)) {
           separators[end] = next;
         }
       }
@@ -388,25 +388,18 @@ class LineFinder {
       if (is_eliminated_[spring] != eliminated) {
         continue;
       }
-      const PetscInt global = set_.layout.to_global(spring);
-      std::array<PetscInt, 2> beside{none, none};
-      for (std::size_t end = 0; end < 2; ++end) {
-        const PetscInt next = following_of_family(spring, end);
-        beside[end] = next != none && is_separator_[next] ? set_.layout.to_global(next) : none;
+      const bool is_separator = is_separator_[spring];
+      if (is_separator) {
+        own.push_back(set_.layout.to_global(spring));
       }
-      if (is_separator_[spring]) {
-        own.push_back(global);
-        for (const PetscInt other : beside) {
-          if (other > global) {
-            own_links.push_back({global, other});
+      for (std::size_t end = 0; end < 2; ++end) {
+        const PetscInt beside = separator_beside(spring, end);
+        if (beside != none) {
+          const PetscInt here = set_.layout.to_global(is_separator ? spring : beside);
+          const PetscInt there = is_separator ? set_.layout.to_global(beside) : separator_beyond(spring, 1 - end);
+          if (there > here) {
+            own_links.push_back({here, there});
           }
-        }
-        continue;
-      }
-      for (std::size_t end = 0; end < 2; ++end) {
-        const PetscInt beyond = beside[end] == none ? none : separator_beyond(spring, 1 - end);
-        if (beyond > beside[end]) {
-          own_links.push_back({beside[end], beyond});
         }
       }
     }
@@ -466,6 +459,11 @@ class LineFinder {
   PetscInt following_of_family(PetscInt spring, std::size_t end) const {
     const PetscInt next = following_[spring][end];
     return next != none && is_eliminated_[next] == is_eliminated_[spring] ? next : none;
+  }
+  /// Separator in which the line of an owned spring continues at an end, or none.
+  PetscInt separator_beside(PetscInt spring, std::size_t end) const {
+    const PetscInt next = following_of_family(spring, end);
+    return next != none && is_separator_[next] ? next : none;
   }
   /// Global number of the first spring along the line of an owned one that may be a separator, or none.
   PetscInt separator_beyond(PetscInt spring, std::size_t end) const {

@@ -271,12 +271,6 @@ std::vector<PetscInt> order_by_nearness(const std::vector<PetscInt>& corners, in
   return order;
 }
 
-/// Message to the holders of a vertex from the rank that records them.
-struct VertexRow {
-  MeshRows::Point point;
-  int owner;
-};
-
 /// Fetches the rows of vertices from wherever they lie, and finds who owns them. Collective.
 /// @param constrained ids of the vertices that this rank holds
 /// @param has_own_cell of each of them, whether this rank owns a cell at it

@@ -29,6 +29,11 @@ std::vector<std::string> names_of_root(MPI_Comm comm, const std::vector<std::str
 /// The rows of this rank's mesh, without the groups.
 MeshRows own_rows_of(const SurfaceMesh& mesh) {
   MeshRows rows;
+  rows.corners = static_cast<int>(mesh.faces.front().size());
+  rows.has_uv = !mesh.uv.empty();
+  for (const auto& field : mesh.face_fields) {
+    rows.fields.push_back(field.first);
+  }
   for (std::size_t vertex = 0; vertex < mesh.points.size(); ++vertex) {
     MeshRows::Point& point = rows.vertices.emplace_back();
     Eigen::Map<Eigen::Vector3d>(point.position.data()) = mesh.points[vertex];
@@ -43,7 +48,7 @@ MeshRows own_rows_of(const SurfaceMesh& mesh) {
     for (std::size_t k = 0; k < face.size(); ++k) {
       const std::size_t vertex = face[k];
       rows.cell_corners.push_back(rows.vertices[vertex].id);
-      if (!mesh.uv.empty()) {
+      if (rows.has_uv) {
         const Eigen::Vector2d& uv = mesh.uv[cell][k];
         Eigen::Map<Eigen::Vector2d>(centre.uv.data()) += uv / corners;
         if (!has_uv[vertex]) {
@@ -65,14 +70,11 @@ MeshRows rows_of(MPI_Comm comm, const SurfaceMesh& mesh) {
   int rank = 0;
   MPI_Comm_rank(comm, &rank);
   MeshRows rows;
-  std::array<int, 2> shape{};      // corners of a cell, texture or not
   std::vector<std::string> names;  // of the groups
-  std::vector<std::string> fields;
   Groups vertices;
   Groups cells;
   if (rank == 0) {
     rows = own_rows_of(mesh);
-    shape = {static_cast<int>(mesh.faces.front().size()), mesh.uv.empty() ? 0 : 1};
     for (const auto& [name, members] : mesh.groups) {
       names.push_back(name);
       vertices[name].assign(members.begin(), members.end());
@@ -80,14 +82,12 @@ MeshRows rows_of(MPI_Comm comm, const SurfaceMesh& mesh) {
     for (const auto& [name, members] : mesh.face_groups) {
       cells[name].assign(members.begin(), members.end());
     }
-    for (const auto& field : mesh.face_fields) {
-      fields.push_back(field.first);
-    }
   }
+  std::array<int, 2> shape{rows.corners, rows.has_uv ? 1 : 0};
   MPI_Bcast(shape.data(), 2, MPI_INT, 0, comm);
   rows.corners = shape[0];
   rows.has_uv = shape[1] != 0;
-  rows.fields = names_of_root(comm, fields);
+  rows.fields = names_of_root(comm, rows.fields);
   for (const std::string& name : names_of_root(comm, names)) {
     vertices[name];
   }
