@@ -1,7 +1,6 @@
 #include "geometry/box_tree.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <numeric>
 
@@ -12,20 +11,18 @@ namespace {
 
 constexpr int most_of_leaf = 4;
 
-/// Bound of the relative error of rounding to a float.
-float rounding(float value) {
-  return std::abs(value) * std::numeric_limits<float>::epsilon() + std::numeric_limits<float>::min();
+/// Bounds of the errors of rounding to floats.
+Eigen::Array3f rounding(const Eigen::Array3f& values) {
+  return values.abs() * std::numeric_limits<float>::epsilon() + std::numeric_limits<float>::min();
 }
 
 }  // namespace
 
-Bounds::Bounds(const Eigen::AlignedBox3d& box) : low(0, 0, 0, 0), high(low) {
-  for (Eigen::Index k = 0; k < 3; ++k) {
-    low[k] = static_cast<float>(box.min()[k]);
-    high[k] = static_cast<float>(box.max()[k]);
-    low[k] -= rounding(low[k]);
-    high[k] += rounding(high[k]);
-  }
+Bounds::Bounds(const Eigen::AlignedBox3d& box) {
+  const Eigen::Array3f least = box.min().cast<float>();
+  const Eigen::Array3f greatest = box.max().cast<float>();
+  low.head<3>() = least - rounding(least);
+  high.head<3>() = greatest + rounding(greatest);
 }
 
 BoxTree::BoxTree(const std::vector<Bounds>& boxes) : bounds_(boxes.size()), numbers_(boxes.size()) {

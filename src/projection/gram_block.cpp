@@ -152,15 +152,11 @@ GramRows::GramRows(Mat matrix) {
 }
 
 GramRows::Rows GramRows::rows_of(Mat matrix) {
-  Rows rows;
-  PetscInt count = 0;
-  PetscBool done = PETSC_FALSE;
-  check(MatGetRowIJ(matrix, 0, PETSC_FALSE, PETSC_FALSE, &count, &rows.offsets, &rows.columns, &done));
-  check(MatSeqAIJGetArrayRead(matrix, &rows.values));
-  Rows taken = rows;  // The pattern stays, so that these do.
-  check(MatSeqAIJRestoreArrayRead(matrix, &taken.values));
-  check(MatRestoreRowIJ(matrix, 0, PETSC_FALSE, PETSC_FALSE, &count, &taken.offsets, &taken.columns, &done));
-  return rows;
+  const PetscInt* offsets = nullptr;
+  const PetscInt* columns = nullptr;
+  double* values = nullptr;
+  check(MatSeqAIJGetCSRAndMemType(matrix, &offsets, &columns, &values, nullptr));
+  return {offsets, columns, values};
 }
 
 std::pair<const std::size_t*, const std::size_t*> GramRows::foreign_rows(std::size_t first, std::size_t count) const {

@@ -82,7 +82,7 @@ class GramRows {
   void send(double* out);
 
  private:
-  /// Compressed rows of PETSc.
+  /// Compressed rows of PETSc. The pattern stays, so that these do.
   struct Rows {
     const PetscInt* offsets = nullptr;
     const PetscInt* columns = nullptr;

@@ -233,9 +233,7 @@ StageResult SuccessiveProjection::project_colour(Field& x, Colour colour, const 
   }
   system.gram->apply_transpose(constraint.gradient, system.lambda, displacement_);
   move(x);
-  if (input.pull != nullptr) {
-    add_pull(colour, ConstVecValues(system.lambda).data(), (*input.pull)[index]);
-  }
+  add_pull(input, colour, ConstVecValues(system.lambda).data());
   return result;
 }
 
@@ -270,19 +268,18 @@ StageResult SuccessiveProjection::project_jointly(Field& x, const ProjectionInpu
   joint_->apply_transpose(displacement_);
   move(x);
   for (const Colour colour : colours_) {
-    if (input.pull != nullptr) {
-      add_pull(colour, joint_->lambda(colour), (*input.pull)[static_cast<std::size_t>(colour)]);
-    }
+    add_pull(input, colour, joint_->lambda(colour));
   }
   return result;
 }
 
-void SuccessiveProjection::add_pull(Colour colour, const double* lambda, std::vector<double>& pull) const {
+void SuccessiveProjection::add_pull(const ProjectionInput& input, Colour colour, const double* lambda) const {
+  const auto index = static_cast<std::size_t>(colour);
   const SpringSet& springs = sheet_.of(colour);
-  const Eigen::Matrix3Xd& gradient = systems_[static_cast<std::size_t>(colour)].linearisation.gradient;
-  for (PetscInt s = 0; s < springs.owned(); ++s) {
+  const Eigen::Matrix3Xd& gradient = systems_[index].linearisation.gradient;
+  for (PetscInt s = 0; input.pull != nullptr && s < springs.owned(); ++s) {
     const auto& [a, b] = springs.ends[s];
-    pull[s] += (move_inverse_mass_[a] + move_inverse_mass_[b]) * gradient.col(s).norm() * lambda[s];
+    (*input.pull)[index][s] += (move_inverse_mass_[a] + move_inverse_mass_[b]) * gradient.col(s).norm() * lambda[s];
   }
 }
 
@@ -305,10 +302,7 @@ StageResult SuccessiveProjection::limit_strain(Field& x, const ProjectionInput& 
       break;
     }
     for (const Colour colour : weave_colours) {
-      if (!sheet_.acts(colour)) {
-        continue;
-      }
-      if (!add_solve(result, project_colour(x, colour, input, limit))) {
+      if (sheet_.acts(colour) && !add_solve(result, project_colour(x, colour, input, limit))) {
         return result;
       }
     }

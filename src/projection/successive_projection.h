@@ -113,8 +113,8 @@ class SuccessiveProjection {
   StageResult project_jointly(Field& x, const ProjectionInput& input);
   StageResult limit_strain(Field& x, const ProjectionInput& input);
   void move(Field& x);
-  /// @param lambda of the owned springs of a colour
-  void add_pull(Colour colour, const double* lambda, std::vector<double>& pull) const;
+  /// Adds to ProjectionInput::pull, if it is given. @param lambda of the owned springs of a colour
+  void add_pull(const ProjectionInput& input, Colour colour, const double* lambda) const;
 
   const Sheet& sheet_;
   ProjectOptions options_;

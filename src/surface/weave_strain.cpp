@@ -86,9 +86,9 @@ std::string words_of(double strain, const Eigen::Vector3d& place) {
 }
 
 std::string beyond_limit(const WeaveStrain& strain, double limit) {
-  return std::string("the ") + colour_names[static_cast<std::size_t>(strain.colour)] + " spring of particles " +
-         std::to_string(strain.ids[0]) + " and " + std::to_string(strain.ids[1]) + " is strained by " +
-         words_of(strain.largest, strain.place) + ", above project.strain_limit " + number_text(limit);
+  return fmt::format("the {} spring of particles {} and {} is strained by {}, above project.strain_limit {}",
+                     colour_names[static_cast<std::size_t>(strain.colour)], strain.ids[0], strain.ids[1],
+                     words_of(strain.largest, strain.place), number_text(limit));
 }
 
 }  // namespace surface
