@@ -216,7 +216,11 @@ class Places {
     }
   }
 
-  PetscInt at(PetscInt id) const { return place_.at(id); }
+  /// Places of ids that all are in the list.
+  std::vector<PetscInt> of(std::vector<PetscInt> ids) const {
+    std::transform(ids.begin(), ids.end(), ids.begin(), [this](PetscInt id) { return place_.at(id); });
+    return ids;
+  }
   /// Place of an id, or -1.
   PetscInt find(PetscInt id) const {
     const auto found = place_.find(id);
@@ -309,20 +313,6 @@ std::vector<int> fetch_vertices(MPI_Comm comm, const std::vector<PetscInt>& cons
   return to_home.send_back(picked(owner, chosen));
 }
 
-/// The owners' numbers of vertices that this rank holds. Collective.
-/// @param ids and owners of vertices that other ranks own
-/// @param own ids of the vertices that this rank owns, in the order of their numbers
-std::vector<PetscInt> numbers_of_owners(MPI_Comm comm, const std::vector<PetscInt>& ids, const std::vector<int>& owners,
-                                        const std::vector<PetscInt>& own) {
-  const Places number(own);
-  const Route to_owner(comm, owners);
-  std::vector<PetscInt> answers;
-  for (const PetscInt id : to_owner.send(ids)) {
-    answers.push_back(number.at(id));
-  }
-  return to_owner.send_back(answers);
-}
-
 /// A layout with given ghosts in their order, which is set, too. Collective.
 Layout layout_with(MPI_Comm comm, PetscInt owned, const std::vector<Owner>& ghosts, std::vector<PetscInt>& order) {
   order = ordered_by(ghosts);
@@ -357,13 +347,9 @@ Distribution::Distribution(MPI_Comm comm, MeshRows rows, int layers, Numbering n
   };
   reorder(cells, ordered_by(ids_of(cells.points.as<MeshRows::Point>())));
   std::vector<PetscInt> vertices = without_repeats(cells.corners.as<PetscInt>());
-  {
-    const Places place(vertices);
-    std::vector<PetscInt> corners = cells.corners.as<PetscInt>();
-    std::transform(corners.begin(), corners.end(), corners.begin(), [&place](PetscInt id) { return place.at(id); });
-    if (numbering == Numbering::by_nearness || are_scattered(corners, rows_.corners, vertices.size())) {
-      reorder(cells, order_by_nearness(corners, rows_.corners, vertices));
-    }
+  const std::vector<PetscInt> places = Places(vertices).of(cells.corners.as<PetscInt>());
+  if (numbering == Numbering::by_nearness || are_scattered(places, rows_.corners, vertices.size())) {
+    reorder(cells, order_by_nearness(places, rows_.corners, vertices));
   }
   const PetscInt owned_cells = cells.points.count();
 
@@ -372,7 +358,8 @@ Distribution::Distribution(MPI_Comm comm, MeshRows rows, int layers, Numbering n
   std::vector<Owner> ghost_owner;
   CellTable ghosts = cells.each([](const Records& records) { return records.of_items({}); });
   std::set<Owner> sent;
-  std::vector<PetscInt> constrained = without_repeats(own_corners);
+  const std::vector<PetscInt> of_own_cells = without_repeats(own_corners);
+  std::vector<PetscInt> constrained = of_own_cells;
   for (int layer = 0; layer < layers; ++layer) {
     std::vector<int> destinations;
     std::vector<PetscInt> items;
@@ -399,20 +386,18 @@ Distribution::Distribution(MPI_Comm comm, MeshRows rows, int layers, Numbering n
 
   // Vertices: those of own cells in the order found above, then the others, as far as this rank owns them; then ghosts.
   std::vector<char> has_own_cell(vertices.size(), 1);
-  {
-    const Places of_own_cells(vertices);
-    std::copy_if(constrained.begin(), constrained.end(), std::back_inserter(vertices),
-                 [&](PetscInt id) { return of_own_cells.find(id) < 0; });
-    has_own_cell.resize(vertices.size(), 0);
-  }
+  std::set_difference(constrained.begin(), constrained.end(), of_own_cells.begin(), of_own_cells.end(),
+                      std::back_inserter(vertices));
+  has_own_cell.resize(vertices.size(), 0);
   const std::vector<int> owner = fetch_vertices(comm, vertices, has_own_cell, rows_);
   std::vector<PetscInt> own;
   std::vector<PetscInt> others;
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     (owner[i] == rank ? own : others).push_back(static_cast<PetscInt>(i));
   }
-  const std::vector<PetscInt> numbers =
-      numbers_of_owners(comm, picked(vertices, others), picked(owner, others), picked(vertices, own));
+  const Route to_vertex_owner(comm, picked(owner, others));
+  const std::vector<PetscInt> asked = to_vertex_owner.send(picked(vertices, others));
+  const std::vector<PetscInt> numbers = to_vertex_owner.send_back(Places(picked(vertices, own)).of(asked));
   std::vector<Owner> vertex_owner;
   for (std::size_t i = 0; i < others.size(); ++i) {
     vertex_owner.emplace_back(owner[others[i]], numbers[i]);
@@ -433,9 +418,9 @@ Distribution::Distribution(MPI_Comm comm, MeshRows rows, int layers, Numbering n
   rows_.cell_corners.clear();
   rows_.part.clear();
   rows_.load.clear();
-  const Places place(vertices);
-  for (const PetscInt id : cells.corners.as<PetscInt>()) {
-    corners_.push_back(cell_layout_.local() + place.at(id));
+  corners_ = Places(vertices).of(cells.corners.as<PetscInt>());
+  for (PetscInt& corner : corners_) {
+    corner += cell_layout_.local();
   }
   opposite_ = opposite_sides(corners_, count);
 }
@@ -466,11 +451,8 @@ std::vector<int> Distribution::find_pieces(std::vector<bool>& is_closed) const {
   const std::vector<PetscInt> least = least_connected_ids(cell_layout_, joined, ids_of(rows_.cells));
   const std::vector<PetscInt> own(least.begin(), least.begin() + cell_layout_.owned);
   const std::vector<PetscInt> ids = without_repeats(of_all_ranks(comm_, without_repeats(own)));
-  const Places number(ids);
-  std::vector<int> piece;
-  for (const PetscInt id : least) {
-    piece.push_back(static_cast<int>(number.at(id)));
-  }
+  const std::vector<PetscInt> numbers = Places(ids).of(least);
+  std::vector<int> piece(numbers.begin(), numbers.end());
   std::vector<int> open(ids.size(), 0);
   for (std::size_t side = 0; side < sides * own.size(); ++side) {
     if (opposite_[side] < 0) {
