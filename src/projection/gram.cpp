@@ -37,7 +37,14 @@ Gram::Gram(const SpringSet& springs, const Layout& particles, Choice<GramFormat>
     : springs_(springs), particles_(particles), mat_type_(mat_type), lambda_(springs.layout, 1) {
   const PetscInt owned = springs_.owned();
   diagonal_.resize(owned);
-  preconditioner_ = {[this] { update_lines(); }, [this](Vec in, Vec out) { lines_->apply(in, out); },
+  const auto update_lines = [this] {
+    if (lines_ == nullptr) {
+      lines_ = std::make_unique<LineElimination>(springs_, particles_);
+      preconditioner_.words = lines_->words();
+    }
+    lines_->update(diagonal_, *gradient_, *inverse_mass_);
+  };
+  preconditioner_ = {update_lines, [this](Vec in, Vec out) { lines_->apply(in, out); },
                      "tridiagonal solves along lines of springs"};
   if (mat_type_ == GramFormat::shell) {
     check(MatCreateShell(springs_.layout.comm, owned, owned, PETSC_DETERMINE, PETSC_DETERMINE, this, other_.create()));
@@ -59,14 +66,6 @@ Gram::Gram(const SpringSet& springs, const Layout& particles, Choice<GramFormat>
     check(MatConvert(rows_->matrix(), MATSELL, MAT_INITIAL_MATRIX, other_.create()));
     set_definite(other_);
   }
-}
-
-void Gram::update_lines() {
-  if (lines_ == nullptr) {
-    lines_ = std::make_unique<LineElimination>(springs_, particles_);
-    preconditioner_.words = lines_->words();
-  }
-  lines_->update(diagonal_, *gradient_, *inverse_mass_);
 }
 
 void Gram::update(const Eigen::Matrix3Xd& gradient, const std::vector<double>& inverse_mass, double shift,

@@ -64,7 +64,6 @@ class Gram {
  private:
   void multiply(Vec in, Vec out);
   void copy_diagonal(Vec out) const;
-  void update_lines();
 
   const SpringSet& springs_;
   const Layout& particles_;

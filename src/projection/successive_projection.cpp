@@ -119,13 +119,12 @@ SuccessiveProjection::SuccessiveProjection(const Sheet& sheet, const ProjectOpti
     const std::string prefix = options.solver_prefix + colour_names[index] + "_";
     char preconditioner[64] = "lines";
     check(PetscOptionsGetString(nullptr, prefix.c_str(), "-pc_type", preconditioner, sizeof preconditioner, nullptr));
-    const bool eliminates_lines =
-        options.mat_type == GramFormat::lines && std::string(preconditioner) == LineElimination::type;
-    system.gram = std::make_unique<Gram>(springs, sheet.particles,
-                                         eliminates_lines                        ? GramFormat::shell
-                                         : options.mat_type == GramFormat::lines ? GramFormat::aij
-                                                                                 : GramFormat(options.mat_type),
-                                         prefix);
+    GramFormat format = options.mat_type;
+    const bool eliminates_lines = format == GramFormat::lines && std::string(preconditioner) == LineElimination::type;
+    if (format == GramFormat::lines) {
+      format = eliminates_lines ? GramFormat::shell : GramFormat::aij;
+    }
+    system.gram = std::make_unique<Gram>(springs, sheet.particles, format, prefix);
     KspDefaults defaults{KSPCG, PCBJACOBI, options_.ksp_rtol, 10000};
     defaults.fields = {"lambda"};
     defaults.largest_rtol = largest_unjudged_rtol;

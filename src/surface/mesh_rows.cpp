@@ -117,13 +117,12 @@ void set_groups(MPI_Comm comm, MeshRows& rows, const Groups& vertices, const Gro
     }
     return sets;
   };
-  const Sets of_vertices = sets_of(rows.vertices, vertices);
-  const Sets of_cells = sets_of(rows.cells, cells);
+  const std::array<Sets, 2> own{sets_of(rows.vertices, vertices), sets_of(rows.cells, cells)};
   // Each row is sent with one number for all its groups.
   std::map<std::vector<int>, PetscInt> number_of_set{{{}, 0}};
   std::vector<int> sent;  // of each set its size, then its groups
-  for (const Sets* sets : {&of_vertices, &of_cells}) {
-    for (const std::vector<int>& set : *sets) {
+  for (const Sets& sets : own) {
+    for (const std::vector<int>& set : sets) {
       if (number_of_set.emplace(set, 0).second) {
         sent.push_back(static_cast<int>(set.size()));
         sent.insert(sent.end(), set.begin(), set.end());
@@ -144,8 +143,8 @@ void set_groups(MPI_Comm comm, MeshRows& rows, const Groups& vertices, const Gro
       points[row].group_set = number_of_set.at(sets[row]);
     }
   };
-  number_rows(rows.vertices, of_vertices);
-  number_rows(rows.cells, of_cells);
+  number_rows(rows.vertices, own[0]);
+  number_rows(rows.cells, own[1]);
 }
 
 MeshRows::Point row_of(const Surface& points, PetscInt particle) {
