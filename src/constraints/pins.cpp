@@ -1,7 +1,6 @@
 #include "constraints/pins.h"
 
-#include <algorithm>
-#include <utility>
+#include <iterator>
 
 #include "base/error.h"
 #include "geometry/key_points.h"

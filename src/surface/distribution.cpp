@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <memory_resource>
 #include <numeric>
 #include <set>
