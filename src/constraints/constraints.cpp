@@ -107,30 +107,22 @@ Constraints::Constraints(const Surface& points, const std::map<std::string, Symm
     planes_.normals.push_back(plane.normal);
   }
   planes_.of_particle.assign(known.empty() ? 0 : projectors_.size(), 0);
-  const auto lies_in = [&](const Plane& plane, std::size_t i) {
-    return plane.members[i] && plane.distance(points.rest.col(static_cast<Eigen::Index>(i))) <= tolerance;
-  };
-  for (std::size_t i = 0; i < planes_.of_particle.size(); ++i) {
-    for (std::size_t plane = 0; plane < known.size(); ++plane) {
-      planes_.of_particle[i] |= lies_in(known[plane], i) ? 1U << plane : 0U;
-    }
-  }
-  for (std::size_t i = 0; i < projectors_.size(); ++i) {
-    if (pins.pinned()[i]) {
-      projectors_.bind(i, Eigen::Matrix3d::Zero());
-      continue;
-    }
+  for (PetscInt i = 0; i < points.particles.local(); ++i) {
     Eigen::Matrix3d projector = Eigen::Matrix3d::Identity();
     std::vector<Eigen::Vector3d> barred;
-    for (const Plane& plane : known) {
-      if (lies_in(plane, i)) {
-        if (const auto axis = direction_beside(barred, plane.normal)) {
+    for (std::size_t k = 0; k < known.size(); ++k) {
+      if (known[k].members[i] && known[k].distance(points.rest.col(i)) <= tolerance) {
+        planes_.of_particle[i] |= 1U << k;
+        if (const auto axis = direction_beside(barred, known[k].normal)) {
           projector -= *axis * axis->transpose();
           barred.push_back(*axis);
         }
       }
     }
-    projectors_.bind(i, barred.size() == 3 ? Eigen::Matrix3d(Eigen::Matrix3d::Zero()) : projector);
+    if (pins.pinned()[i] || barred.size() == 3) {
+      projector.setZero();
+    }
+    projectors_.bind(i, projector);
   }
 }
 

@@ -36,7 +36,6 @@ class Constraints {
   /// A point of all symmetry planes, the nearest to the middle of the undeformed mesh [m].
   const Eigen::Vector3d& origin() const { return origin_; }
   const SymmetryPlanes& planes() const { return planes_; }
-  bool has_planes() const { return !planes_.normals.empty(); }
 
  private:
   Projectors projectors_;

@@ -1,7 +1,6 @@
 #include "constraints/pins.h"
 
-#include <algorithm>
-#include <utility>
+#include <iterator>
 
 #include "base/error.h"
 #include "geometry/key_points.h"
@@ -11,9 +10,26 @@ inline namespace constraints {
 
 namespace {
 
-[[noreturn]] void refuse_second_pin(const std::string& key, const std::string& first, PetscInt id) {
-  throw Error(key + ": particle " + std::to_string(id) + " is also held by pins." + first +
-              ", expected each particle in one pin");
+/// Pin of each local particle, or -1. Collective. @throws Error as the constructor of Pins does
+std::vector<PetscInt> selected(const Surface& points, const std::map<std::string, PinOptions>& options) {
+  std::vector<PetscInt> numbers(points.particles.local(), -1);
+  PetscInt pin = 0;
+  for (const auto& [name, given] : options) {
+    const std::string key = "pins." + name;
+    require_motion(key, given);
+    const std::vector<bool> chosen = select(points, key, given);
+    together(points.comm(), [&] {
+      for (PetscInt i = 0; i < points.particles.local(); ++i) {
+        if (chosen[i] && numbers[i] >= 0) {
+          throw Error(key + ": particle " + std::to_string(points.persistent_id[i]) + " is also held by pins." +
+                      std::next(options.begin(), numbers[i])->first + ", expected each particle in one pin");
+        }
+        numbers[i] = chosen[i] ? pin : numbers[i];
+      }
+    });
+    ++pin;
+  }
+  return numbers;
 }
 
 }  // namespace
@@ -35,46 +51,21 @@ void describe(OptionTable& table, PinOptions& options) {
           "otherwise it turns there as on a hinge");
 }
 
-Pins::Pins(const Surface& points, const std::map<std::string, PinOptions>& options)
-    : points_(&points), pinned_(points.particles.local(), false) {
-  for (const auto& [name, given] : options) {
-    const std::string key = "pins." + name;
-    add(name, given);
-    const std::vector<bool> chosen = select(points, key, given);
-    std::vector<PetscInt>& particles = pins_.back().particles;
-    together(points.comm(), [&] {
-      for (PetscInt i = 0; i < points.particles.local(); ++i) {
-        if (chosen[i] && pinned_[i]) {
-          refuse_second_pin(key, pins_[numbers()[i]].name, points.persistent_id[i]);
-        }
-        if (chosen[i]) {
-          particles.push_back(i);
-          pinned_[i] = true;
-        }
-      }
-    });
+void require_motion(const std::string& key, const PinOptions& options) {
+  if (const std::string fault = fault_of_motion(options.path, options.velocity); !fault.empty()) {
+    throw Error(key + fault);
   }
 }
+
+Pins::Pins(const Surface& points, const std::map<std::string, PinOptions>& options)
+    : Pins(points, options, selected(points, options)) {}
 
 Pins::Pins(const Surface& points, const std::map<std::string, PinOptions>& options,
            const std::vector<PetscInt>& numbers)
     : points_(&points), pinned_(numbers.size(), false) {
   for (const auto& [name, given] : options) {
-    add(name, given);
-  }
-  hold(numbers);
-}
-
-void Pins::add(const std::string& name, const PinOptions& options) {
-  if (const std::string fault = fault_of_motion(options.path, options.velocity); !fault.empty()) {
-    throw Error("pins." + name + fault);
-  }
-  pins_.push_back({name, options.velocity, options.path, options.motion, options.clamped, {}});
-}
-
-void Pins::hold(const std::vector<PetscInt>& numbers) {
-  for (Pin& pin : pins_) {
-    pin.particles.clear();
+    require_motion("pins." + name, given);
+    pins_.push_back({given.velocity, given.path, given.motion, given.clamped, {}});
   }
   for (std::size_t i = 0; i < numbers.size(); ++i) {
     if (numbers[i] >= 0) {

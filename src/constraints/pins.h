@@ -29,6 +29,9 @@ struct PinOptions : SelectionOptions {
 
 void describe(OptionTable& table, PinOptions& options);
 
+/// @throws Error that begins with the key, "pins.hook", if the motion is invalid
+void require_motion(const std::string& key, const PinOptions& options);
+
 /// Held particles with their places at each time: the undeformed ones, displaced without rotation.
 class Pins {
  public:
@@ -55,11 +58,7 @@ class Pins {
   void impose(Field& positions, double time) const;
 
  private:
-  void add(const std::string& name, const PinOptions& options);
-  void hold(const std::vector<PetscInt>& numbers);
-
   struct Pin {
-    std::string name;
     Eigen::Vector3d velocity;
     Rows path;
     std::function<Eigen::Vector3d(double)> motion;

@@ -28,29 +28,35 @@ void describe(OptionTable& table, PushOptions& options) {
           "between key points, constant before and after them");
 }
 
-PointLoads::PointLoads(const Surface& points, std::vector<double> areas,
+PointLoads::PointLoads(const Surface& points, const std::vector<double>& areas,
                        const std::map<std::string, AttachmentOptions>& attachments,
                        const std::map<std::string, PushOptions>& forces, const std::vector<bool>* chosen)
-    : points_(&points),
-      areas_(std::move(areas)),
-      loads_(attachments.size() + forces.size()),
-      chosen_(chosen != nullptr ? *chosen : std::vector<bool>(loads_ * areas_.size())) {
+    : points_(&points) {
+  const std::size_t loads = attachments.size() + forces.size();
+  chosen_ = chosen != nullptr ? *chosen : std::vector<bool>(loads * areas.size());
   std::size_t load = 0;
-  const auto shares_of = [&](const std::string& key, const SelectionOptions& selection) {
-    if (chosen == nullptr) {
-      const std::vector<bool> selected = select(points, key, selection);
-      for (std::size_t i = 0; i < selected.size(); ++i) {
-        chosen_[loads_ * i + load] = selected[i];
+  // Share of each local particle in the area on which the next load acts; 0: it does not act there. Collective.
+  const auto next_shares = [&](const std::string& key, const SelectionOptions& selection) {
+    const std::vector<bool> selected = chosen == nullptr ? select(points, key, selection) : std::vector<bool>();
+    std::vector<double> shares(areas.size(), 0);
+    for (std::size_t i = 0; i < shares.size(); ++i) {
+      if (chosen == nullptr) {
+        chosen_[loads * i + load] = selected[i];
       }
+      shares[i] = chosen_[loads * i + load] ? areas[i] : 0;
     }
-    return shares(load++);
+    ++load;
+    const double total =
+        sum_over_ranks(points.comm(), std::accumulate(shares.begin(), shares.begin() + points.particles.owned, 0.0));
+    for (double& share : shares) {
+      share /= total;
+    }
+    return shares;
   };
   for (const auto& [name, given] : attachments) {
     const std::string key = "attachments." + name;
-    if (const std::string fault = fault_of_motion(given.path, given.velocity); !fault.empty()) {
-      throw Error(key + fault);
-    }
-    std::vector<double> stiffness = shares_of(key, given);
+    require_motion(key, given);
+    std::vector<double> stiffness = next_shares(key, given);
     for (double& fraction : stiffness) {
       fraction *= given.total_stiffness;
     }
@@ -64,21 +70,8 @@ PointLoads::PointLoads(const Surface& points, std::vector<double> areas,
     if (const std::string fault = fault_of_key_points(given.force); !fault.empty()) {
       throw Error(key + ".force: " + fault);
     }
-    pushes_.push_back({given.force, shares_of(key, given), Eigen::Vector3d::Zero()});
+    pushes_.push_back({given.force, next_shares(key, given), Eigen::Vector3d::Zero()});
   }
-}
-
-std::vector<double> PointLoads::shares(std::size_t load) const {
-  std::vector<double> result(areas_.size(), 0);
-  for (std::size_t i = 0; i < result.size(); ++i) {
-    result[i] = chosen_[loads_ * i + load] ? areas_[i] : 0;
-  }
-  const double total =
-      sum_over_ranks(points_->comm(), std::accumulate(result.begin(), result.begin() + points_->particles.owned, 0.0));
-  for (double& fraction : result) {
-    fraction /= total;
-  }
-  return result;
 }
 
 void PointLoads::set_time(double time) {

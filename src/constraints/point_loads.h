@@ -38,7 +38,7 @@ class PointLoads {
   /// @param areas undeformed area round each local particle [m^2]
   /// @param chosen result of `chosen` of earlier loads with the same options; null: selects the particles
   /// @throws Error that names the object and the key, the same on all ranks
-  PointLoads(const Surface& points, std::vector<double> areas,
+  PointLoads(const Surface& points, const std::vector<double>& areas,
              const std::map<std::string, AttachmentOptions>& attachments,
              const std::map<std::string, PushOptions>& forces, const std::vector<bool>* chosen = nullptr);
 
@@ -66,12 +66,7 @@ class PointLoads {
     Eigen::Vector3d force;         ///< in total, at the end of the step [N]
   };
 
-  /// Share of each local particle in the area on which a load acts; 0: it does not act there. Collective.
-  std::vector<double> shares(std::size_t load) const;
-
   const Surface* points_;
-  std::vector<double> areas_;
-  std::size_t loads_;  ///< attachments and forces
   std::vector<bool> chosen_;
   std::vector<Attachment> attachments_;
   std::vector<Push> pushes_;

@@ -1,9 +1,9 @@
 #include "constraints/selection.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <sstream>
-#include <utility>
 
 #include "base/error.h"
 #include "parallel/collective.h"
@@ -15,19 +15,11 @@ inline namespace constraints {
 
 namespace {
 
-/// The condition of a name such as "min_x_max_y": for each axis the lowest end, the highest, or neither.
-struct Ends {
-  std::array<int, 3> wanted{0, 0, 0};  ///< -1 lowest, 1 highest, 0 any
-};
-
-[[noreturn]] void refuse_corner(const std::string& key, const std::string& name) {
-  throw Error(key + ": '" + name + "' names no corner, expected all, or ends such as max_y or min_x_max_y");
-}
-
-Ends parse_ends(const std::string& name, const std::string& key) {
-  Ends ends;
+/// The condition of a name such as "min_x_max_y": for each axis the lowest end (-1), the highest (1), or neither (0).
+std::array<int, 3> parse_ends(const std::string& name, const std::string& key) {
+  std::array<int, 3> wanted{};
   if (name == "all") {
-    return ends;
+    return wanted;
   }
   std::istringstream words(name);
   std::string end;
@@ -35,54 +27,11 @@ Ends parse_ends(const std::string& name, const std::string& key) {
   while (std::getline(words, end, '_')) {
     if (!std::getline(words, axis, '_') || (end != "min" && end != "max") || axis.size() != 1 || axis[0] < 'x' ||
         axis[0] > 'z') {
-      refuse_corner(key, name);
+      throw Error(key + ": '" + name + "' names no corner, expected all, or ends such as max_y or min_x_max_y");
     }
-    ends.wanted[axis[0] - 'x'] = end == "min" ? -1 : 1;
+    wanted[axis[0] - 'x'] = end == "min" ? -1 : 1;
   }
-  return ends;
-}
-
-/// Marks owned particles for one object of a deck; each selector must select a particle on some rank.
-class Selection {
- public:
-  Selection(const Surface& points, std::string key)
-      : points_(points), key_(std::move(key)), chosen_(points.particles.owned, false) {}
-
-  /// The marks of all local particles; ghosts have those of their owners. Collective.
-  std::vector<bool> chosen() const {
-    std::vector<bool> all = chosen_;
-    all.resize(points_.particles.local());
-    update_ghosts(points_.particles, all);
-    return all;
-  }
-
-  template <class Condition>
-  void add(const std::string& selector, const Condition& holds) {
-    PetscInt found = 0;
-    for (PetscInt i = 0; i < points_.particles.owned; ++i) {
-      if (holds(i)) {
-        chosen_[i] = true;
-        ++found;
-      }
-    }
-    if (sum_over_ranks(points_.comm(), found) == 0) {
-      throw Error(key_ + "." + selector + ": selects no particle, expected at least one");
-    }
-  }
-
- private:
-  const Surface& points_;
-  std::string key_;
-  std::vector<bool> chosen_;  ///< of each owned particle
-};
-
-/// The owned corners with one cell only.
-std::vector<bool> geometric_corners(const Surface& points) {
-  std::vector<bool> corners(points.particles.owned);
-  for (std::size_t i = 0; i < corners.size(); ++i) {
-    corners[i] = points.cell_count[i] == 1;
-  }
-  return corners;
+  return wanted;
 }
 
 }  // namespace
@@ -125,7 +74,6 @@ Eigen::AlignedBox3d bounding_box(const Surface& points, const std::vector<bool>&
 }
 
 std::vector<bool> select(const Surface& points, const std::string& key, const SelectionOptions& options) {
-  Selection selection(points, key);
   if (!options.radius && !options.centre.isZero(0)) {
     throw Error(key + ".centre: given without a radius, expected both");
   }
@@ -133,18 +81,32 @@ std::vector<bool> select(const Surface& points, const std::string& key, const Se
       options.group.empty()) {
     throw Error(key + ": selects nothing, expected corners, box, centre and radius, vertices or group");
   }
+  std::vector<bool> chosen(points.particles.local(), false);
+  // Marks owned particles; each selector must select one on some rank. Collective.
+  const auto add = [&](const std::string& selector, const auto& holds) {
+    bool found = false;
+    for (PetscInt i = 0; i < points.particles.owned; ++i) {
+      if (holds(i)) {
+        chosen[i] = found = true;
+      }
+    }
+    if (!on_any_rank(points.comm(), found)) {
+      throw Error(key + "." + selector + ": selects no particle, expected at least one");
+    }
+  };
   if (!options.corners.empty()) {
-    const std::vector<bool> corners = geometric_corners(points);
+    std::vector<bool> corners(points.particles.owned);
+    std::transform(points.cell_count.begin(), points.cell_count.end(), corners.begin(),
+                   [](int cells) { return cells == 1; });
     const Eigen::AlignedBox3d box = bounding_box(points, corners);
     const double tolerance = 1e-6 * (box.isEmpty() ? 0 : box.diagonal().norm());
     for (const std::string& name : options.corners) {
-      const Ends ends = parse_ends(name, key + ".corners");
-      selection.add("corners: " + name, [&](PetscInt i) {
+      const std::array<int, 3> ends = parse_ends(name, key + ".corners");
+      add("corners: " + name, [&](PetscInt i) {
         bool holds = corners[i];
         for (int axis = 0; holds && axis < 3; ++axis) {
-          const int wanted = ends.wanted[axis];
-          const double end = wanted < 0 ? box.min()[axis] : box.max()[axis];
-          holds = wanted == 0 || std::abs(points.rest(axis, i) - end) <= tolerance;
+          const double end = ends[axis] < 0 ? box.min()[axis] : box.max()[axis];
+          holds = ends[axis] == 0 || std::abs(points.rest(axis, i) - end) <= tolerance;
         }
         return holds;
       });
@@ -157,21 +119,21 @@ std::vector<bool> select(const Surface& points, const std::string& key, const Se
     const Eigen::Map<const Eigen::Vector3d> first(options.box.data());
     const Eigen::Map<const Eigen::Vector3d> second(options.box.data() + 3);
     const Eigen::AlignedBox3d box(first.cwiseMin(second), first.cwiseMax(second));
-    selection.add("box", [&](PetscInt i) { return in_layer(i) && box.contains(points.rest.col(i)); });
+    add("box", [&](PetscInt i) { return in_layer(i) && box.contains(points.rest.col(i)); });
   }
   if (options.radius) {
-    selection.add("radius", [&](PetscInt i) {
-      return in_layer(i) && (points.rest.col(i) - options.centre).norm() <= *options.radius;
-    });
+    add("radius",
+        [&](PetscInt i) { return in_layer(i) && (points.rest.col(i) - options.centre).norm() <= *options.radius; });
   }
   for (const int id : options.vertices) {
-    selection.add("vertices: " + std::to_string(id), [&](PetscInt i) { return points.persistent_id[i] == id; });
+    add("vertices: " + std::to_string(id), [&](PetscInt i) { return points.persistent_id[i] == id; });
   }
   if (!options.group.empty()) {
     const std::vector<bool> members = members_of_group(points, key + ".group", options.group);
-    selection.add("group: " + options.group, [&](PetscInt i) { return members[i]; });
+    add("group: " + options.group, [&](PetscInt i) { return members[i]; });
   }
-  return selection.chosen();
+  update_ghosts(points.particles, chosen);
+  return chosen;
 }
 
 }  // namespace constraints

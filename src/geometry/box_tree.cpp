@@ -1,7 +1,6 @@
 #include "geometry/box_tree.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <numeric>
 
@@ -12,20 +11,18 @@ namespace {
 
 constexpr int most_of_leaf = 4;
 
-/// Bound of the relative error of rounding to a float.
-float rounding(float value) {
-  return std::abs(value) * std::numeric_limits<float>::epsilon() + std::numeric_limits<float>::min();
+/// Bounds of the errors of rounding to floats.
+Eigen::Array3f rounding(const Eigen::Array3f& values) {
+  return values.abs() * std::numeric_limits<float>::epsilon() + std::numeric_limits<float>::min();
 }
 
 }  // namespace
 
-Bounds::Bounds(const Eigen::AlignedBox3d& box) : low(0, 0, 0, 0), high(low) {
-  for (Eigen::Index k = 0; k < 3; ++k) {
-    low[k] = static_cast<float>(box.min()[k]);
-    high[k] = static_cast<float>(box.max()[k]);
-    low[k] -= rounding(low[k]);
-    high[k] += rounding(high[k]);
-  }
+Bounds::Bounds(const Eigen::AlignedBox3d& box) {
+  const Eigen::Array3f least = box.min().cast<float>();
+  const Eigen::Array3f greatest = box.max().cast<float>();
+  low.head<3>() = least - rounding(least);
+  high.head<3>() = greatest + rounding(greatest);
 }
 
 BoxTree::BoxTree(const std::vector<Bounds>& boxes) : bounds_(boxes.size()), numbers_(boxes.size()) {
@@ -47,7 +44,7 @@ void BoxTree::move_to(const std::vector<Bounds>& boxes) {
   std::transform(numbers_.begin(), numbers_.end(), bounds_.begin(), [&boxes](int number) { return boxes[number]; });
   for (auto node = nodes_.rbegin(); node != nodes_.rend(); ++node) {  // Children come behind their parents.
     if (node->is_leaf()) {
-      node->bounds = bounds(node->first);
+      node->bounds = bounds_[node->first];
       std::for_each(bounds_.begin() + node->first, bounds_.begin() + node->end,
                     [&node](const Bounds& box) { node->bounds.extend(box); });
     } else {
@@ -63,7 +60,7 @@ int BoxTree::build(int first, int end, const std::vector<Eigen::Array4f>& middle
   if (end - first <= most_of_leaf) {
     return of;
   }
-  const auto middle = [&](int item) -> const Eigen::Array4f& { return middles[number(item)]; };
+  const auto middle = [&](int item) -> const Eigen::Array4f& { return middles[numbers_[item]]; };
   Eigen::Array4f low = middle(first);
   Eigen::Array4f high = low;
   for (int i = first; i < end; ++i) {

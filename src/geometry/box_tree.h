@@ -76,8 +76,6 @@ class BoxTree {
     bool is_leaf() const { return left < 0; }
   };
   const Node& node(int number) const { return nodes_[number]; }
-  const Bounds& bounds(int item) const { return bounds_[item]; }
-  int number(int item) const { return numbers_[item]; }
 
   int build(int first, int end, const std::vector<Eigen::Array4f>& middles);
 
@@ -91,8 +89,8 @@ class BoxTree {
     if (whole.is_leaf()) {
       for (int i = whole.first; i < whole.end; ++i) {
         for (int j = i + 1; j < whole.end; ++j) {
-          if (bounds(i).meets(bounds(j))) {
-            take(number(i), number(j));
+          if (bounds_[i].meets(bounds_[j])) {
+            take(numbers_[i], numbers_[j]);
           }
         }
       }
@@ -113,8 +111,8 @@ class BoxTree {
     if (one.is_leaf() && other.is_leaf()) {
       for (int i = one.first; i < one.end; ++i) {
         for (int j = other.first; j < other.end; ++j) {
-          if (bounds(i).meets(bounds(j))) {
-            take(number(i), number(j));
+          if (bounds_[i].meets(bounds_[j])) {
+            take(numbers_[i], numbers_[j]);
           }
         }
       }

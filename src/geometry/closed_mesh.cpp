@@ -12,12 +12,6 @@
 namespace pellicle {
 inline namespace geometry {
 
-namespace {
-
-constexpr int leaf_size = 4;
-
-}  // namespace
-
 std::string fault_of_closed_mesh(const std::vector<Eigen::Vector3d>& points, const Triangles& triangles) {
   if (triangles.empty()) {
     return "it has no faces";
@@ -66,16 +60,13 @@ ClosedMesh::ClosedMesh(std::vector<Eigen::Vector3d> points, Triangles triangles)
       const Eigen::Vector3d to_last = corner(k + 2) - corner(k);
       const double angle = std::atan2(to_next.cross(to_last).norm(), to_next.dot(to_last));
       vertex_normals_[triangle[k]] += angle * normal;
-      const auto sum = of_sides.try_emplace(side_of(triangle[k], triangle[(k + 1) % 3]), Eigen::Vector3d::Zero()).first;
-      sum->second += normal;
+      of_sides.try_emplace(side_of(triangle[k], triangle[(k + 1) % 3]), Eigen::Vector3d::Zero()).first->second +=
+          normal;
     }
   }
   for (const auto& triangle : triangles_) {
-    std::array<Eigen::Vector3d, 3> normals;
-    for (std::size_t k = 0; k < 3; ++k) {
-      normals[k] = of_sides.at(side_of(triangle[k], triangle[(k + 1) % 3]));
-    }
-    edge_normals_.push_back(normals);
+    const auto normal = [&](std::size_t k) { return of_sides.at(side_of(triangle[k], triangle[(k + 1) % 3])); };
+    edge_normals_.push_back({normal(0), normal(1), normal(2)});
   }
   order_.resize(triangles_.size());
   std::iota(order_.begin(), order_.end(), 0);
@@ -84,17 +75,13 @@ ClosedMesh::ClosedMesh(std::vector<Eigen::Vector3d> points, Triangles triangles)
 
 /// Halves the triangles by their centres along the longest side of the box round them.
 void ClosedMesh::build(int begin, int end) {
+  constexpr int leaf_size = 4;
   const std::size_t number = nodes_.size();
-  nodes_.emplace_back();
-  nodes_[number].begin = begin;
-  nodes_[number].end = end;
+  nodes_.push_back({{}, begin, end});
   Eigen::AlignedBox3d centres;
   const auto centre = [this](int triangle) {
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    for (const int point : triangles_[triangle]) {
-      sum += points_[point];
-    }
-    return Eigen::Vector3d(sum / 3);
+    const auto& [a, b, c] = triangles_[triangle];
+    return Eigen::Vector3d((points_[a] + points_[b] + points_[c]) / 3);
   };
   for (int i = begin; i < end; ++i) {
     const int triangle = order_[i];
@@ -133,7 +120,7 @@ const Eigen::Vector3d& ClosedMesh::normal_at(std::size_t triangle, const std::ar
   return face_normals_[triangle];
 }
 
-SignedDistance ClosedMesh::signed_distance(const Eigen::Vector3d& point) const {
+SignedDistance ClosedMesh::distance(const Eigen::Vector3d& point) const {
   double least = std::numeric_limits<double>::infinity();  // squared
   Eigen::Vector3d arm = Eigen::Vector3d::Zero();
   Eigen::Vector3d outward = Eigen::Vector3d::UnitZ();

@@ -6,29 +6,42 @@
 #include <string>
 #include <vector>
 
-#include "geometry/signed_distance.h"
-
 namespace pellicle {
 inline namespace geometry {
 
 using Triangles = std::vector<std::array<int, 3>>;
 
+/// A triangulated surface, such as that of a solid in its own frame.
+struct Facets {
+  std::vector<Eigen::Vector3d> points;  ///< [m]
+  Triangles triangles;                  ///< points of each, with normals outward
+};
+
+/// Signed distance of a point from a solid, negative inside, with the outward direction.
+struct SignedDistance {
+  double distance = 0;     ///< [m]
+  Eigen::Vector3d normal;  ///< unit vector, gradient of the distance
+};
+
 /// Message if triangles are not a closed surface with normals outward; otherwise empty.
 std::string fault_of_closed_mesh(const std::vector<Eigen::Vector3d>& points, const Triangles& triangles);
 
-/// A solid given by triangles round it, in a tree of boxes.
+/// A solid given by triangles round it, in a tree of boxes. What decks know of it is as for shapes with a formula
+/// (geometry/solids.h).
 class ClosedMesh {
  public:
+  static constexpr bool is_convex = false;
+
   /// @param points [m] @param triangles a closed surface with normals outward (fault_of_closed_mesh); those without
   /// area are left out
   ClosedMesh(std::vector<Eigen::Vector3d> points, Triangles triangles);
 
   /// Distance with the sign by the angle-weighted normal at the nearest point (Baerentzen and Aanaes 2005).
-  SignedDistance signed_distance(const Eigen::Vector3d& point) const;
+  SignedDistance distance(const Eigen::Vector3d& point) const;
 
   const Eigen::AlignedBox3d& box() const { return nodes_.front().box; }  ///< box round the mesh [m]
-  const std::vector<Eigen::Vector3d>& points() const { return points_; }
-  const Triangles& triangles() const { return triangles_; }
+  double depth() const { return 0; }
+  Facets facets(double /*half_plane*/) const { return {points_, triangles_}; }
 
  private:
   struct Node {

@@ -19,20 +19,20 @@ struct Part {
   bool operator<(const Part& other) const { return bound > other.bound; }  // for a heap with the least bound in front
 };
 
-class Search {
- public:
-  Search(const Solid& solid, const Triangle& corners) : solid_(solid), corners_(corners) {}
+struct Search {
+  const Solid& solid;
+  const Triangle& corners;
+  std::optional<DeepestPoint> best = std::nullopt;
 
   Eigen::Vector3d at(const Eigen::Vector3d& weights) const {
-    return weights[0] * corners_[0] + weights[1] * corners_[1] + weights[2] * corners_[2];
+    return weights[0] * corners[0] + weights[1] * corners[1] + weights[2] * corners[2];
   }
 
   /// Evaluates a point. @returns the distance there
   SignedDistance look(const Eigen::Vector3d& weights) {
-    const SignedDistance gap = signed_distance(solid_, at(weights));
-    if (!is_begun_ || gap.distance < best_.gap.distance) {
-      is_begun_ = true;
-      best_ = {weights, gap};
+    const SignedDistance gap = signed_distance(solid, at(weights));
+    if (!best || gap.distance < best->gap.distance) {
+      best = DeepestPoint{weights, gap};
     }
     return gap;
   }
@@ -42,16 +42,8 @@ class Search {
     const Eigen::Vector3d middle = (part.weights[0] + part.weights[1] + part.weights[2]) / 3;
     const SignedDistance gap = look(middle);
     const Triangle places{at(part.weights[0]), at(part.weights[1]), at(part.weights[2])};
-    part.bound = least_distance(solid_, places, at(middle), gap);
+    part.bound = least_distance(solid, places, at(middle), gap);
   }
-
-  const DeepestPoint& best() const { return best_; }
-
- private:
-  const Solid& solid_;
-  const Triangle& corners_;
-  bool is_begun_ = false;
-  DeepestPoint best_;
 };
 
 /// Halves the way to every side until the distance no longer falls by more than the tolerance.
@@ -61,8 +53,8 @@ void bracket(Search& search, double size, double tolerance) {
   constexpr int most = 200;  // evaluations at most, in case of a long valley
   int looks = 0;
   for (double step = 1.0 / 16; step * size > 0.25 * tolerance && looks < most;) {
-    const double before = search.best().gap.distance;
-    const Eigen::Vector3d centre = search.best().weights;
+    const double before = search.best->gap.distance;
+    const Eigen::Vector3d centre = search.best->weights;
     for (const Eigen::Vector3d& direction : directions) {
       for (const double sign : {1.0, -1.0}) {
         const Eigen::Vector3d weights = centre + sign * step * direction;
@@ -72,7 +64,7 @@ void bracket(Search& search, double size, double tolerance) {
         }
       }
     }
-    if (!(search.best().gap.distance < before)) {
+    if (!(search.best->gap.distance < before)) {
       step /= 2;
     }
   }
@@ -98,7 +90,7 @@ double least_distance(const Solid& solid, const Triangle& corners, const Eigen::
 }
 
 std::optional<DeepestPoint> deepest_point(const Solid& solid, const Triangle& corners, double reach, double tolerance) {
-  Search search(solid, corners);
+  Search search{solid, corners};
   Part whole{{Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY(), Eigen::Vector3d::UnitZ()}};
   search.look_at(whole);
   if (whole.bound > reach) {
@@ -113,7 +105,7 @@ std::optional<DeepestPoint> deepest_point(const Solid& solid, const Triangle& co
   } else if (!std::holds_alternative<HalfSpace>(solid.shape)) {
     const int most = solid.is_convex() ? 400 : 100;  // parts
     std::vector<Part> heap{whole};
-    for (int parts = 0; parts < most && !heap.empty() && heap.front().bound < search.best().gap.distance - tolerance;) {
+    for (int parts = 0; parts < most && !heap.empty() && heap.front().bound < search.best->gap.distance - tolerance;) {
       std::pop_heap(heap.begin(), heap.end());
       const Part part = heap.back();
       heap.pop_back();
@@ -121,7 +113,7 @@ std::optional<DeepestPoint> deepest_point(const Solid& solid, const Triangle& co
         Part quarter{weights};
         search.look_at(quarter);
         quarter.bound = std::max(quarter.bound, part.bound);
-        if (quarter.bound < std::min(reach, search.best().gap.distance - tolerance)) {
+        if (quarter.bound < std::min(reach, search.best->gap.distance - tolerance)) {
           heap.push_back(quarter);
           std::push_heap(heap.begin(), heap.end());
         }
@@ -134,10 +126,7 @@ std::optional<DeepestPoint> deepest_point(const Solid& solid, const Triangle& co
       bracket(search, size, tolerance);
     }
   }
-  if (search.best().gap.distance > reach) {
-    return std::nullopt;
-  }
-  return search.best();
+  return search.best->gap.distance > reach ? std::nullopt : search.best;
 }
 
 }  // namespace geometry

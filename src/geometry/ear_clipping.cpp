@@ -41,15 +41,13 @@ std::vector<Vector> flattened(const std::vector<Eigen::Vector3d>& corners) {
 class Grid {
  public:
   explicit Grid(const std::vector<Vector>& points) : points_(points) {
-    Vector low = points.front();
-    Vector high = low;
+    Eigen::AlignedBox2d all;
     for (const Vector& point : points) {
-      low = low.cwiseMin(point);
-      high = high.cwiseMax(point);
+      all.extend(point);
     }
-    low_ = low;
+    low_ = all.min();
     boxes_ = static_cast<int>(std::sqrt(static_cast<double>(points.size()))) + 1;
-    spacing_ = std::max((high - low).maxCoeff() / boxes_, std::numeric_limits<double>::min());
+    spacing_ = std::max(all.sizes().maxCoeff() / boxes_, std::numeric_limits<double>::min());
     members_.resize(static_cast<std::size_t>(boxes_) * static_cast<std::size_t>(boxes_));
   }
   void add(std::size_t point) {
@@ -98,14 +96,12 @@ class Grid {
 class EarCutter {
  public:
   explicit EarCutter(const std::vector<Vector>& corners)
-      : corners_(corners), inward_(corners), bends_inward_(corners.size()), left_(corners.size()) {
+      : corners_(corners), inward_(corners), bends_inward_(corners.size()) {
     const std::size_t count = corners.size();
+    double longest = 0;
     for (std::size_t k = 0; k < count; ++k) {
       before_.push_back((k + count - 1) % count);
       after_.push_back((k + 1) % count);
-    }
-    double longest = 0;
-    for (std::size_t k = 0; k < count; ++k) {
       longest = std::max(longest, (corners[after_[k]] - corners[k]).squaredNorm());
     }
     flat_ = 1e-14 * longest;
@@ -120,7 +116,7 @@ class EarCutter {
 
   std::vector<std::array<std::size_t, 3>> cut() {
     std::vector<std::array<std::size_t, 3>> triangles;
-    while (left_ >= 3) {
+    for (std::size_t left = corners_.size(); left >= 3; --left) {
       const std::size_t ear = next_ear();
       if (ear == none) {
         return {};
@@ -129,7 +125,6 @@ class EarCutter {
       after_[before_[ear]] = after_[ear];
       before_[after_[ear]] = before_[ear];
       after_[ear] = none;
-      --left_;
       for (const std::size_t neighbour : {before_[ear], after_[before_[ear]]}) {
         if (bends_inward_[neighbour] && area_at(neighbour) > flat_) {
           bends_inward_[neighbour] = false;
@@ -202,7 +197,6 @@ class EarCutter {
   std::vector<std::size_t> after_;   ///< none once a corner is cut off
   Grid inward_;                      ///< the corners that bend inward
   std::vector<bool> bends_inward_;
-  std::size_t left_;
   double flat_ = 0;  ///< doubled areas below are rounding errors
   std::priority_queue<Candidate, std::vector<Candidate>, std::greater<>> queue_;
 };

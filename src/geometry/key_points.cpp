@@ -1,5 +1,7 @@
 #include "geometry/key_points.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 namespace pellicle {
@@ -7,30 +9,24 @@ inline namespace geometry {
 
 namespace {
 
-/// The rows between which `time` lies (outside all of them the same one twice), and the fraction of the second.
-struct Between {
-  const std::vector<double>& before;
-  const std::vector<double>& after;
-  double fraction = 0;
-};
-
-Between rows_round(const std::vector<std::vector<double>>& rows, double time) {
+/// The value `of` rows at `time`, linear between two rows and constant before the first and after the last.
+template <class Of>
+auto interpolated(const std::vector<std::vector<double>>& rows, double time, const Of& of) {
   const auto next = std::upper_bound(rows.begin(), rows.end(), time,
                                      [](double t, const std::vector<double>& row) { return t < row[0]; });
   if (next == rows.begin() || next == rows.end()) {
-    const auto& row = next == rows.begin() ? rows.front() : rows.back();
-    return {row, row, 0};
+    return of(next == rows.begin() ? rows.front() : rows.back());
   }
   const std::vector<double>& before = *(next - 1);
-  return {before, *next, (time - before[0]) / ((*next)[0] - before[0])};
+  const double fraction = (time - before[0]) / ((*next)[0] - before[0]);
+  return decltype(of(before))((1 - fraction) * of(before) + fraction * of(*next));
 }
 
 }  // namespace
 
 Eigen::Vector3d place_on_key_points(const std::vector<std::vector<double>>& rows, double time) {
-  const Between at = rows_round(rows, time);
-  const auto place = [](const std::vector<double>& row) { return Eigen::Vector3d(row[1], row[2], row[3]); };
-  return (1 - at.fraction) * place(at.before) + at.fraction * place(at.after);
+  return interpolated(rows, time,
+                      [](const std::vector<double>& row) { return Eigen::Vector3d(row[1], row[2], row[3]); });
 }
 
 Eigen::Vector3d integral_on_key_points(const std::vector<std::vector<double>>& rows, double time) {
@@ -54,20 +50,15 @@ Eigen::Vector3d integral_on_key_points(const std::vector<std::vector<double>>& r
 }
 
 double value_on_key_points(const std::vector<std::vector<double>>& rows, double time) {
-  const Between at = rows_round(rows, time);
-  return (1 - at.fraction) * at.before[1] + at.fraction * at.after[1];
+  return interpolated(rows, time, [](const std::vector<double>& row) { return row[1]; });
 }
 
 std::string fault_of_key_points(const std::vector<std::vector<double>>& rows, const std::vector<std::string>& columns) {
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const std::string name = "key point " + std::to_string(i + 1);
     if (rows[i].size() != columns.size()) {
-      std::string expected;
-      for (const std::string& column : columns) {
-        expected += (expected.empty() ? "" : ", ") + column;
-      }
-      return name + " has " + std::to_string(rows[i].size()) + " numbers, expected " + std::to_string(columns.size()) +
-             ": " + expected;
+      return fmt::format("{} has {} numbers, expected {}: {}", name, rows[i].size(), columns.size(),
+                         fmt::join(columns, ", "));
     }
     if (i > 0 && !(rows[i][0] > rows[i - 1][0])) {
       return name + " is at " + std::to_string(rows[i][0]) + " s, expected later than the one before";
@@ -77,8 +68,7 @@ std::string fault_of_key_points(const std::vector<std::vector<double>>& rows, co
 }
 
 std::string fault_of_motion(const std::vector<std::vector<double>>& path, const Eigen::Vector3d& velocity) {
-  const std::string fault = fault_of_key_points(path);
-  if (!fault.empty()) {
+  if (const std::string fault = fault_of_key_points(path); !fault.empty()) {
     return ".path: " + fault;
   }
   if (!path.empty() && !velocity.isZero(0)) {

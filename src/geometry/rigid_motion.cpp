@@ -30,11 +30,7 @@ Eigen::Matrix3d rotation_between(const Eigen::Vector3d& from, const Eigen::Vecto
 
 Pose RigidMotion::at(double time) const {
   Pose pose = start;
-  if (path.empty()) {
-    pose.place += time * velocity;
-  } else {
-    pose.place = place_on_key_points(path, time);
-  }
+  pose.place = path.empty() ? Eigen::Vector3d(start.place + time * velocity) : place_on_key_points(path, time);
   if (!rotation.empty() || !angular_velocity.isZero(0)) {
     pose.turn = rotation_matrix(place_of_motion(rotation, angular_velocity, time)) * start.turn;
   }

@@ -28,6 +28,39 @@ Eigen::AlignedBox3d box_of(double sideways, double upward) {
   return {-half, half};
 }
 
+/// A line of places (distance from the z axis, height) turned round the axis, from below to above.
+Facets revolved(const std::vector<Eigen::Vector2d>& line) {
+  constexpr int around = 64;  // points
+  Facets facets;
+  for (const Eigen::Vector2d& place : line) {
+    for (int i = 0; i < around; ++i) {
+      const double angle = 2 * pi * i / around;
+      facets.points.emplace_back(place.x() * std::cos(angle), place.x() * std::sin(angle), place.y());
+    }
+  }
+  for (int k = 0; k + 1 < static_cast<int>(line.size()); ++k) {
+    for (int i = 0; i < around; ++i) {
+      const int next = (i + 1) % around;
+      const int a = around * k + i;
+      const int b = around * k + next;
+      const int c = around * (k + 1) + next;
+      const int d = around * (k + 1) + i;
+      facets.triangles.push_back({a, b, c});
+      facets.triangles.push_back({a, c, d});
+    }
+  }
+  return facets;
+}
+
+/// Adds an arc round a centre in the plane (x, z) to a line, from one angle to another, 0 along x [rad].
+void add_arc(std::vector<Eigen::Vector2d>& line, const Eigen::Vector2d& centre, double radius, double from, double to) {
+  constexpr int parts = 24;
+  for (int i = 0; i <= parts; ++i) {
+    const double angle = from + (to - from) * i / parts;
+    line.push_back(centre + radius * Eigen::Vector2d(std::cos(angle), std::sin(angle)));
+  }
+}
+
 }  // namespace
 
 SignedDistance Sphere::distance(const Eigen::Vector3d& point) const {
@@ -44,12 +77,9 @@ SignedDistance Box::distance(const Eigen::Vector3d& point) const {
   if (most <= 0) {
     return {most, sign_of(point[axis]) * Eigen::Vector3d::Unit(axis)};
   }
-  Eigen::Vector3d arm = beyond.cwiseMax(0);
+  const Eigen::Vector3d arm = beyond.cwiseMax(0);
   const double length = arm.norm();
-  for (Eigen::Index k = 0; k < 3; ++k) {
-    arm[k] *= sign_of(point[k]);
-  }
-  return {length, arm / length};
+  return {length, point.unaryExpr(&sign_of).cwiseProduct(arm) / length};
 }
 
 SignedDistance Capsule::distance(const Eigen::Vector3d& point) const {
@@ -131,18 +161,16 @@ namespace {
 
 using Mesh = std::shared_ptr<const ClosedMesh>;
 
-/// Calls `of_mesh` with a mesh, or `of_formula` with another shape.
-template <class Formula, class OfMesh>
-auto visit(const Shape& shape, const Formula& of_formula, const OfMesh& of_mesh) {
-  return std::visit(
-      [&](const auto& kind) {
-        if constexpr (std::is_same_v<std::decay_t<decltype(kind)>, Mesh>) {
-          return of_mesh(*kind);
-        } else {
-          return of_formula(kind);
-        }
-      },
-      shape);
+const ClosedMesh& solid_of(const Mesh& mesh) { return *mesh; }
+template <class Kind>
+const Kind& solid_of(const Kind& shape) {
+  return shape;
+}
+
+/// The result of `use` for what a shape is: a struct with a formula or a ClosedMesh.
+template <class Use>
+auto visit(const Shape& shape, const Use& use) {
+  return std::visit([&use](const auto& kind) { return use(solid_of(kind)); }, shape);
 }
 
 template <class Kind>
@@ -169,33 +197,26 @@ const std::vector<ShapeKind>& shape_kinds() {
 }
 
 bool Solid::is_convex() const {
-  return visit(
-      shape, [](const auto& kind) { return kind.is_convex; }, [](const ClosedMesh&) { return false; });
+  return visit(shape, [](const auto& kind) { return kind.is_convex; });
 }
 
 SignedDistance signed_distance(const Solid& solid, const Eigen::Vector3d& point) {
   const Eigen::Vector3d own = solid.pose.to_own(point);
-  SignedDistance gap = std::visit([&own](const auto& shape) { return signed_distance(shape, own); }, solid.shape);
+  SignedDistance gap = visit(solid.shape, [&own](const auto& kind) { return kind.distance(own); });
   gap.normal = solid.pose.turn * gap.normal;
   return gap;
 }
 
 Eigen::AlignedBox3d box_round(const Shape& shape) {
-  return visit(
-      shape, [](const auto& kind) { return kind.box(); }, [](const ClosedMesh& mesh) { return mesh.box(); });
+  return visit(shape, [](const auto& kind) { return kind.box(); });
 }
 
 double depth_of(const Shape& shape) {
-  return visit(
-      shape, [](const auto& kind) { return kind.depth(); }, [](const ClosedMesh&) { return 0.0; });
+  return visit(shape, [](const auto& kind) { return kind.depth(); });
 }
 
 Facets facets_of(const Shape& shape, double half_plane) {
-  return visit(
-      shape, [half_plane](const auto& kind) { return kind.facets(half_plane); },
-      [](const ClosedMesh& mesh) {
-        return Facets{mesh.points(), mesh.triangles()};
-      });
+  return visit(shape, [half_plane](const auto& kind) { return kind.facets(half_plane); });
 }
 
 }  // namespace geometry

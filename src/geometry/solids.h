@@ -12,9 +12,7 @@
 #include <vector>
 
 #include "geometry/closed_mesh.h"
-#include "geometry/facets.h"
 #include "geometry/rigid_motion.h"
-#include "geometry/signed_distance.h"
 
 namespace pellicle {
 inline namespace geometry {
@@ -141,13 +139,6 @@ struct Solid {
   bool is_convex() const;
 };
 
-template <class Kind>
-SignedDistance signed_distance(const Kind& shape, const Eigen::Vector3d& point) {
-  return shape.distance(point);
-}
-inline SignedDistance signed_distance(const std::shared_ptr<const ClosedMesh>& mesh, const Eigen::Vector3d& point) {
-  return mesh->signed_distance(point);
-}
 SignedDistance signed_distance(const Solid& solid, const Eigen::Vector3d& point);
 
 /// A box along the axes of the shape's own frame round all of it; infinite sideways and below for a half space [m].

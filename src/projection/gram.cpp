@@ -12,53 +12,45 @@
 namespace pellicle {
 inline namespace projection {
 
-namespace {
-
-using ConstVector = Eigen::Map<const Eigen::Vector3d>;
-
-}  // namespace
-
 void linearise(const SpringSet& springs, const double* x, const std::vector<double>& target,
                const std::vector<bool>& active, Linearisation& result) {
-  const std::size_t count = springs.ends.size();
-  result.error.resize(static_cast<Eigen::Index>(count));
-  result.gradient.resize(3, static_cast<Eigen::Index>(count));
-  for (std::size_t s = 0; s < count; ++s) {
+  using Place = Eigen::Map<const Eigen::Vector3d>;
+  const PetscInt count = springs.local();
+  result.error.resize(count);
+  result.gradient.resize(3, count);
+  for (PetscInt s = 0; s < count; ++s) {
     if (!active[s]) {
-      result.error[static_cast<Eigen::Index>(s)] = 0;
-      result.gradient.col(static_cast<Eigen::Index>(s)).setZero();
+      result.error[s] = 0;
+      result.gradient.col(s).setZero();
       continue;
     }
     const auto& [a, b] = springs.ends[s];
-    const Eigen::Vector3d d = ConstVector(x + 3 * a) - ConstVector(x + 3 * b);
+    const Eigen::Vector3d d = Place(x + 3 * a) - Place(x + 3 * b);
     const double l = target[s];
-    result.error[static_cast<Eigen::Index>(s)] = d.squaredNorm() / l - l;
-    result.gradient.col(static_cast<Eigen::Index>(s)) = (2 / l) * d;
+    result.error[s] = d.squaredNorm() / l - l;
+    result.gradient.col(s) = (2 / l) * d;
   }
   check(PetscLogFlops(14.0 * static_cast<double>(count)));
-}
-
-double squared_error(const SpringSet& springs, const double* x, const std::vector<double>& target,
-                     const std::vector<bool>& active) {
-  double sum = 0;
-  for (PetscInt s = 0; s < springs.owned(); ++s) {
-    if (!active[s]) {
-      continue;
-    }
-    const auto& [a, b] = springs.ends[s];
-    const double error = (ConstVector(x + 3 * a) - ConstVector(x + 3 * b)).squaredNorm() / target[s] - target[s];
-    sum += error * error;
-  }
-  return sum;
 }
 
 Gram::Gram(const SpringSet& springs, const Layout& particles, Choice<GramFormat> mat_type, const std::string& prefix)
     : springs_(springs), particles_(particles), mat_type_(mat_type), lambda_(springs.layout, 1) {
   const PetscInt owned = springs_.owned();
   diagonal_.resize(owned);
-  preconditioner_ = {[this] { update_lines(); }, [this](Vec in, Vec out) { lines_->apply(in, out); },
+  const auto update_lines = [this] {
+    if (lines_ == nullptr) {
+      lines_ = std::make_unique<LineElimination>(springs_, particles_);
+      preconditioner_.words = lines_->words();
+    }
+    lines_->update(diagonal_, *gradient_, *inverse_mass_);
+  };
+  preconditioner_ = {update_lines, [this](Vec in, Vec out) { lines_->apply(in, out); },
                      "tridiagonal solves along lines of springs"};
-  if (mat_type_ != GramFormat::shell) {
+  if (mat_type_ == GramFormat::shell) {
+    check(MatCreateShell(springs_.layout.comm, owned, owned, PETSC_DETERMINE, PETSC_DETERMINE, this, other_.create()));
+    set_symmetric_product<&Gram::multiply>(other_);
+    set_shell_operation<&Gram::copy_diagonal>(other_, MATOP_GET_DIAGONAL);
+  } else {
     std::vector<PetscInt> rows(owned);
     std::iota(rows.begin(), rows.end(), 0);
     std::vector<PetscInt> columns;
@@ -66,29 +58,14 @@ Gram::Gram(const SpringSet& springs, const Layout& particles, Choice<GramFormat>
       columns.push_back(springs_.layout.to_global(s));
     }
     rows_ = std::make_unique<GramBlock>(springs_, particles_, rows, columns, owned);
-    set_definite(rows_->matrix());
-    set_matrix_options(rows_->matrix(), prefix);
-    offer_preconditioner(rows_->matrix(), LineElimination::type, preconditioner_);
-    if (mat_type_ == GramFormat::sell) {
-      check(MatConvert(rows_->matrix(), MATSELL, MAT_INITIAL_MATRIX, other_.create()));
-      set_definite(other_);
-    }
-    return;
   }
-  check(MatCreateShell(springs_.layout.comm, owned, owned, PETSC_DETERMINE, PETSC_DETERMINE, this, other_.create()));
-  set_symmetric_product<&Gram::multiply>(other_);
-  set_shell_operation<&Gram::copy_diagonal>(other_, MATOP_GET_DIAGONAL);
-  set_definite(other_);
-  set_matrix_options(other_, prefix);
-  offer_preconditioner(other_, LineElimination::type, preconditioner_);
-}
-
-void Gram::update_lines() {
-  if (lines_ == nullptr) {
-    lines_ = std::make_unique<LineElimination>(springs_, particles_);
-    preconditioner_.words = lines_->words();
+  set_definite(preconditioning_matrix());
+  set_matrix_options(preconditioning_matrix(), prefix);
+  offer_preconditioner(preconditioning_matrix(), LineElimination::type, preconditioner_);
+  if (mat_type_ == GramFormat::sell) {
+    check(MatConvert(rows_->matrix(), MATSELL, MAT_INITIAL_MATRIX, other_.create()));
+    set_definite(other_);
   }
-  lines_->update(diagonal_, *gradient_, *inverse_mass_);
 }
 
 void Gram::update(const Eigen::Matrix3Xd& gradient, const std::vector<double>& inverse_mass, double shift,
@@ -97,9 +74,9 @@ void Gram::update(const Eigen::Matrix3Xd& gradient, const std::vector<double>& i
   inverse_mass_ = &inverse_mass;
   double largest_entry = 0;
   double largest_square = 0;  // of gradients
-  for (std::size_t s = 0; s < diagonal_.size(); ++s) {
+  for (PetscInt s = 0; s < springs_.owned(); ++s) {
     const auto& [a, b] = springs_.ends[s];
-    const double square = gradient.col(static_cast<Eigen::Index>(s)).squaredNorm();
+    const double square = gradient.col(s).squaredNorm();
     const double entry = (inverse_mass[a] + inverse_mass[b]) * square;
     diagonal_[s] = entry;
     largest_entry = std::max(largest_entry, entry);
@@ -126,15 +103,12 @@ void Gram::update(const Eigen::Matrix3Xd& gradient, const std::vector<double>& i
 }
 
 void Gram::apply_transpose(const Eigen::Matrix3Xd& gradient, Vec lambda, Eigen::Matrix3Xd& result) {
-  const double* values = nullptr;
-  check(VecGetArrayRead(lambda, &values));
-  std::copy(values, values + springs_.owned(), lambda_.data());
-  check(VecRestoreArrayRead(lambda, &values));
+  std::copy_n(ConstVecValues(lambda).data(), springs_.owned(), lambda_.data());
   lambda_.update_ghosts();
   result.setZero(3, particles_.local());
-  for (std::size_t s = 0; s < springs_.ends.size(); ++s) {
+  for (PetscInt s = 0; s < springs_.local(); ++s) {
     const auto& [a, b] = springs_.ends[s];
-    const Eigen::Vector3d force = lambda_.data()[s] * gradient.col(static_cast<Eigen::Index>(s));
+    const Eigen::Vector3d force = lambda_.data()[s] * gradient.col(s);
     result.col(a) += force;
     result.col(b) -= force;
   }
@@ -146,20 +120,18 @@ void Gram::copy_diagonal(Vec out) const { copy_to(out, diagonal_); }
 void Gram::multiply(Vec in, Vec out) {
   apply_transpose(*gradient_, in, particle_sum_);
   const double* lambda = lambda_.data();
-  double* values = nullptr;
-  check(VecGetArrayWrite(out, &values));
-  for (std::size_t s = 0; s < diagonal_.size(); ++s) {
+  VecValues values(out);
+  for (PetscInt s = 0; s < springs_.owned(); ++s) {
     const auto& [a, b] = springs_.ends[s];
     const double mass_a = (*inverse_mass_)[a];
     const double mass_b = (*inverse_mass_)[b];
-    const auto own = gradient_->col(static_cast<Eigen::Index>(s));
+    const auto own = gradient_->col(s);
     // The sums include the spring's own share; the diagonal replaces it with the shifted one.
     const double without_shift = (mass_a + mass_b) * own.squaredNorm();
     values[s] = own.dot(mass_a * particle_sum_.col(a) - mass_b * particle_sum_.col(b)) +
                 (diagonal_[s] - without_shift) * lambda[s];
   }
   check(PetscLogFlops(27.0 * static_cast<double>(diagonal_.size())));
-  check(VecRestoreArrayWrite(out, &values));
 }
 
 }  // namespace projection

@@ -29,10 +29,6 @@ struct Linearisation {
 void linearise(const SpringSet& springs, const double* x, const std::vector<double>& target,
                const std::vector<bool>& active, Linearisation& result);
 
-/// Sum of C^2 over the owned springs that live [m^2].
-double squared_error(const SpringSet& springs, const double* x, const std::vector<double>& target,
-                     const std::vector<bool>& active);
-
 /// J W J^T of one colour (eq. 16): W holds the inverse masses of the particles. Rows are the springs.
 ///
 /// The pattern is made once, from the topology; `update` fills in values, without communication other than a maximum.
@@ -68,7 +64,6 @@ class Gram {
  private:
   void multiply(Vec in, Vec out);
   void copy_diagonal(Vec out) const;
-  void update_lines();
 
   const SpringSet& springs_;
   const Layout& particles_;

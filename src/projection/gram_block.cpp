@@ -7,6 +7,17 @@
 namespace pellicle {
 inline namespace projection {
 
+PetscInt joint_of(const SpringSet& springs, PetscInt one, PetscInt other) {
+  for (const std::size_t k : {1, 0}) {
+    for (const std::size_t l : {1, 0}) {
+      if (springs.ends[one][k] == springs.ends[other][l]) {
+        return 2 * springs.ends[one][k] + (k == l ? 0 : 1);
+      }
+    }
+  }
+  return -1;
+}
+
 GramBlock::GramBlock(const SpringSet& springs, const Layout& particles, const std::vector<PetscInt>& rows,
                      const std::vector<PetscInt>& columns, PetscInt owned_columns,
                      const std::function<bool(PetscInt, PetscInt)>& is_skipped) {
@@ -19,22 +30,19 @@ GramBlock::GramBlock(const SpringSet& springs, const Layout& particles, const st
   std::vector<PetscInt> row_offsets{0};
   std::vector<PetscInt> row_columns;
   std::vector<Column> row;
-  PetscInt first_column = 0;
-  MPI_Exscan(&owned_columns, &first_column, 1, MPIU_INT, MPI_SUM, springs.layout.comm);
-  const auto add = [&](PetscInt s, PetscInt other, PetscInt signed_particle) {
+  const PetscInt first_column = number_owned(springs.layout.comm, owned_columns).first;
+  const auto add = [&](PetscInt s, PetscInt other) {
     const PetscInt global = columns[other];
     if (global >= 0 && !(is_skipped && is_skipped(s, other))) {
-      row.push_back({global, {other, signed_particle}});
+      row.push_back({global, {other, joint_of(springs, s, other)}});
     }
   };
   const auto add_row = [&](PetscInt s) {
-    const auto& ends = springs.ends[s];
-    add(s, s, 0);
-    for (std::size_t end = 0; end < 2; ++end) {
-      for (const PetscInt other : incidence[ends[end]]) {
+    add(s, s);
+    for (const PetscInt end : springs.ends[s]) {
+      for (const PetscInt other : incidence[end]) {
         if (other != s) {
-          const bool same_end = springs.ends[other][end] == ends[end];
-          add(s, other, 2 * ends[end] + (same_end ? 0 : 1));
+          add(s, other);
         }
       }
     }
@@ -87,8 +95,8 @@ void GramBlock::fill(Mat matrix, const Part& part, const Eigen::Matrix3Xd& gradi
       const Entry entry = part.entries[k];
       const double* other = gradients + 3 * entry.spring;
       const double product =
-          inverse_mass[entry.signed_particle >> 1] * (own[0] * other[0] + own[1] * other[1] + own[2] * other[2]);
-      values[k] = (entry.signed_particle & 1) == 0 ? product : -product;
+          inverse_mass[entry.joint >> 1] * (own[0] * other[0] + own[1] * other[1] + own[2] * other[2]);
+      values[k] = (entry.joint & 1) == 0 ? product : -product;
     }
   }
   for (const PetscInt k : part.diagonal) {
@@ -132,7 +140,7 @@ GramRows::GramRows(Mat matrix) {
   check(MatGetLocalSize(foreign, &rows, &count));
   for (PetscInt row = 0; row < rows; ++row) {
     if (foreign_.offsets[row] < foreign_.offsets[row + 1]) {
-      foreign_rows_.push_back(static_cast<std::size_t>(row));
+      foreign_rows_.push_back(row);
     }
   }
   ghosts_.resize(count);
@@ -144,15 +152,11 @@ GramRows::GramRows(Mat matrix) {
 }
 
 GramRows::Rows GramRows::rows_of(Mat matrix) {
-  Rows rows;
-  PetscInt count = 0;
-  PetscBool done = PETSC_FALSE;
-  check(MatGetRowIJ(matrix, 0, PETSC_FALSE, PETSC_FALSE, &count, &rows.offsets, &rows.columns, &done));
-  check(MatSeqAIJGetArrayRead(matrix, &rows.values));
-  Rows taken = rows;  // The pattern stays, so that these do.
-  check(MatSeqAIJRestoreArrayRead(matrix, &taken.values));
-  check(MatRestoreRowIJ(matrix, 0, PETSC_FALSE, PETSC_FALSE, &count, &taken.offsets, &taken.columns, &done));
-  return rows;
+  const PetscInt* offsets = nullptr;
+  const PetscInt* columns = nullptr;
+  double* values = nullptr;
+  check(MatSeqAIJGetCSRAndMemType(matrix, &offsets, &columns, &values, nullptr));
+  return {offsets, columns, values};
 }
 
 std::pair<const std::size_t*, const std::size_t*> GramRows::foreign_rows(std::size_t first, std::size_t count) const {

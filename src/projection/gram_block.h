@@ -14,6 +14,10 @@
 namespace pellicle {
 inline namespace projection {
 
+/// Twice the particle that two springs share, plus one if it is the first end of one and the second of the other, so
+/// that the gradients by it have different signs; -1 if they share none.
+PetscInt joint_of(const SpringSet& springs, PetscInt one, PetscInt other);
+
 /// A matrix of some rows and columns of J W J^T (burning paper, eq. 16) of one colour. Its pattern is made once, from
 /// the topology; `update` fills in values without communication.
 class GramBlock {
@@ -37,11 +41,10 @@ class GramBlock {
   Mat matrix() const { return matrix_; }
 
  private:
-  /// A stored entry: its column's spring, and twice the particle that both springs share, plus one if the particle is
-  /// the first end of one and the second of the other, so that the gradients by it have different signs.
+  /// A stored entry.
   struct Entry {
-    PetscInt spring;
-    PetscInt signed_particle;
+    PetscInt spring;  ///< of the column
+    PetscInt joint;   ///< of the row's spring with it (joint_of)
   };
   /// The entries of the columns of this rank, or of the columns of other ranks, in the order of the matrix.
   struct Part {
@@ -79,7 +82,7 @@ class GramRows {
   void send(double* out);
 
  private:
-  /// Compressed rows of PETSc.
+  /// Compressed rows of PETSc. The pattern stays, so that these do.
   struct Rows {
     const PetscInt* offsets = nullptr;
     const PetscInt* columns = nullptr;

@@ -40,17 +40,11 @@ void JointGram::update(const std::array<const Eigen::Matrix3Xd*, 4>& gradient, c
   gradient_ = gradient;
   inverse_mass_ = &inverse_mass;
   double largest = 0;  // |gradient|^2
-  std::size_t row = 0;
-  for (const Colour colour : colours_) {
-    const SpringSet& springs = sheet_.of(colour);
-    const Eigen::Matrix3Xd& gradients = *gradient_[static_cast<std::size_t>(colour)];
-    for (PetscInt s = 0; s < springs.owned(); ++s, ++row) {
-      const auto& [a, b] = springs.ends[s];
-      const double square = gradients.col(s).squaredNorm();
-      largest = std::max(largest, square);
-      diagonal_[row] = (inverse_mass[a] + inverse_mass[b]) * square;
-    }
-  }
+  for_each_unknown([&](std::size_t row, PetscInt a, PetscInt b, const double* g) {
+    const double square = Eigen::Map<const Eigen::Vector3d>(g).squaredNorm();
+    largest = std::max(largest, square);
+    diagonal_[row] = (inverse_mass[a] + inverse_mass[b]) * square;
+  });
   largest = max_over_ranks(sheet_.comm(), largest);
   const double scale = largest > 0 ? 2 * shift_inverse_mass * largest : 1;
   for (std::size_t k = 0; k < diagonal_.size(); ++k) {
@@ -65,49 +59,32 @@ void JointGram::update(const std::array<const Eigen::Matrix3Xd*, 4>& gradient, c
 void JointGram::add_transpose(const double* lambda) {
   sum_.values().setZero();
   double* sums = sum_.data();
-  for (const Colour colour : colours_) {
-    const SpringSet& springs = sheet_.of(colour);
-    const double* g = gradient_[static_cast<std::size_t>(colour)]->data();
-    for (PetscInt s = 0; s < springs.owned(); ++s, g += 3) {
-      const auto& [a, b] = springs.ends[s];
-      const double value = *lambda++;
-      double* at_a = sums + 3 * a;
-      double* at_b = sums + 3 * b;
-      for (int k = 0; k < 3; ++k) {
-        at_a[k] += value * g[k];
-        at_b[k] -= value * g[k];
-      }
+  for_each_unknown([sums, lambda](std::size_t row, PetscInt a, PetscInt b, const double* g) {
+    const double value = lambda[row];
+    for (int k = 0; k < 3; ++k) {
+      sums[3 * a + k] += value * g[k];
+      sums[3 * b + k] -= value * g[k];
     }
-  }
+  });
   sum_.add_ghosts();
 }
 
 void JointGram::multiply(Vec in_vector, Vec out_vector) {
-  const double* in = nullptr;
-  double* out = nullptr;
-  check(VecGetArrayRead(in_vector, &in));
-  check(VecGetArrayWrite(out_vector, &out));
-  add_transpose(in);
+  const ConstVecValues in(in_vector);
+  VecValues out(out_vector);
+  add_transpose(in.data());
   double* sums = sum_.data();
   for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
     sum_.vector(i) *= (*inverse_mass_)[i];
   }
   sum_.update_ghosts();
-  std::size_t row = 0;
-  for (const Colour colour : colours_) {
-    const SpringSet& springs = sheet_.of(colour);
-    const double* g = gradient_[static_cast<std::size_t>(colour)]->data();
-    for (PetscInt s = 0; s < springs.owned(); ++s, g += 3, ++row) {
-      const auto& [a, b] = springs.ends[s];
-      const double* at_a = sums + 3 * a;
-      const double* at_b = sums + 3 * b;
-      out[row] =
-          shift_[row] * in[row] + g[0] * (at_a[0] - at_b[0]) + g[1] * (at_a[1] - at_b[1]) + g[2] * (at_a[2] - at_b[2]);
-    }
-  }
-  check(VecRestoreArrayWrite(out_vector, &out));
-  check(VecRestoreArrayRead(in_vector, &in));
-  check(PetscLogFlops(20.0 * static_cast<double>(row)));
+  for_each_unknown([&](std::size_t row, PetscInt a, PetscInt b, const double* g) {
+    const double* at_a = sums + 3 * a;
+    const double* at_b = sums + 3 * b;
+    out[row] =
+        shift_[row] * in[row] + g[0] * (at_a[0] - at_b[0]) + g[1] * (at_a[1] - at_b[1]) + g[2] * (at_a[2] - at_b[2]);
+  });
+  check(PetscLogFlops(20.0 * static_cast<double>(diagonal_.size())));
 }
 
 void JointGram::copy_diagonal(Vec out) const { copy_to(out, diagonal_); }
@@ -115,10 +92,7 @@ void JointGram::copy_diagonal(Vec out) const { copy_to(out, diagonal_); }
 StageResult JointGram::solve(const std::vector<double>& right_hand_side, const LinearNeed& need) {
   copy_to(right_hand_side_, right_hand_side);
   const StageResult result = pellicle::solve(ksp_, right_hand_side_, lambda_, &need);
-  const double* lambda = nullptr;
-  check(VecGetArrayRead(lambda_, &lambda));
-  std::copy_n(lambda, lambda_values_.size(), lambda_values_.begin());
-  check(VecRestoreArrayRead(lambda_, &lambda));
+  std::copy_n(ConstVecValues(lambda_).data(), lambda_values_.size(), lambda_values_.begin());
   return result;
 }
 

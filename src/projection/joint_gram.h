@@ -48,6 +48,18 @@ class JointGram {
   void apply_transpose(Eigen::Matrix3Xd& result);
 
  private:
+  /// Calls `visit` with each unknown, both ends of its spring and the three numbers of its gradient.
+  template <class Visit>
+  void for_each_unknown(const Visit& visit) const {
+    std::size_t row = 0;
+    for (const Colour colour : colours_) {
+      const SpringSet& springs = sheet_.of(colour);
+      const double* gradient = gradient_[static_cast<std::size_t>(colour)]->data();
+      for (PetscInt s = 0; s < springs.owned(); ++s, ++row, gradient += 3) {
+        visit(row, springs.ends[s][0], springs.ends[s][1], gradient);
+      }
+    }
+  }
   void multiply(Vec in_vector, Vec out_vector);
   void copy_diagonal(Vec out) const;
   void add_transpose(const double* lambda);

@@ -55,18 +55,7 @@ LineMatrices::LineMatrices(const SpringSet& set, const std::vector<std::vector<P
       for (std::size_t k = 0; k < line.size(); ++k) {
         const std::size_t unknown = start + lanes * k + lane;
         springs_[unknown] = line[k];
-        if (k == 0) {
-          continue;
-        }
-        const auto& ends = set.ends[line[k]];
-        const auto& previous_ends = set.ends[line[k - 1]];
-        for (std::size_t end = 0; end < 2; ++end) {
-          for (std::size_t previous_end = 0; previous_end < 2; ++previous_end) {
-            if (ends[end] == previous_ends[previous_end]) {
-              joints_[unknown] = 2 * ends[end] + (end == previous_end ? 0 : 1);
-            }
-          }
-        }
+        joints_[unknown] = k == 0 ? -1 : joint_of(set, line[k], line[k - 1]);
       }
     }
     groups_.push_back(springs_.size());
@@ -197,54 +186,12 @@ void scatter(const LineMatrices& lines, std::size_t first, std::size_t count, co
   }
 }
 
-/// Values of a vector while it is read.
-class ReadArray {
- public:
-  explicit ReadArray(Vec vec) : vec_(vec) { check(VecGetArrayRead(vec_, &values_)); }
-  ~ReadArray() { VecRestoreArrayRead(vec_, &values_); }
-  ReadArray(const ReadArray&) = delete;
-  ReadArray& operator=(const ReadArray&) = delete;
-  operator const double*() const { return values_; }  // NOLINT(google-explicit-constructor)
-
- private:
-  Vec vec_;
-  const double* values_ = nullptr;
-};
-
-/// Values of a vector while it is changed.
-class Array {
- public:
-  explicit Array(Vec vec) : vec_(vec) { check(VecGetArray(vec_, &values_)); }
-  ~Array() { VecRestoreArray(vec_, &values_); }
-  Array(const Array&) = delete;
-  Array& operator=(const Array&) = delete;
-  operator double*() const { return values_; }  // NOLINT(google-explicit-constructor)
-
- private:
-  Vec vec_;
-  double* values_ = nullptr;
-};
-
 /// Entry of J W J^T of two springs with one common particle.
 double entry_of(const SpringSet& set, const SpringPair& pair, const Eigen::Matrix3Xd& gradient,
                 const std::vector<double>& inverse_mass) {
-  const auto& own = set.ends[pair.own];
-  const auto& other = set.ends[pair.other];
-  const std::size_t end = own[0] == other[0] || own[0] == other[1] ? 0 : 1;
-  const double product = inverse_mass[own[end]] * gradient.col(pair.own).dot(gradient.col(pair.other));
-  return own[end] == other[end] ? product : -product;
-}
-
-/// Whether a condition holds for any spring that shares a particle with a given one.
-template <typename Predicate>
-bool any_neighbour(const SpringSet& set, const Incidence& incidence, PetscInt spring, Predicate holds) {
-  for (const PetscInt particle : set.ends[spring]) {
-    const Incidence::Range all = incidence[particle];
-    if (std::any_of(all.begin(), all.end(), [&](PetscInt other) { return other != spring && holds(other); })) {
-      return true;
-    }
-  }
-  return false;
+  const PetscInt joint = joint_of(set, pair.own, pair.other);
+  const double product = inverse_mass[joint >> 1] * gradient.col(pair.own).dot(gradient.col(pair.other));
+  return (joint & 1) == 0 ? product : -product;
 }
 
 /// Whether each line has a separator before its first spring.
@@ -260,15 +207,15 @@ std::vector<bool> follows_separator(const LineFamily& family) {
 
 }  // namespace
 
-JoinedLines::JoinedLines(const SpringSet& set, LineFamily family, bool keeps_entries)
-    : set_(set), matrices_(set, family.lines, follows_separator(family), keeps_entries), family_(std::move(family)) {
+JoinedLines::JoinedLines(const SpringSet& set, LineFamily& family, bool keeps_entries)
+    : set_(set), matrices_(set, family.lines, follows_separator(family), keeps_entries), family_(family) {
   for (std::size_t line = 0; line < family_.lines.size(); ++line) {
     if (unknowns_.size() < family_.separators.size() &&
         family_.lines[line].front() == family_.separators[unknowns_.size()]) {
       unknowns_.push_back(matrices_.at_end(line, 0));
     }
   }
-  family_.lines.clear();
+  family.lines = {};
   coupling_.resize(family_.ends.size());
   separators_.resize(2 * static_cast<std::size_t>(family_.separators_of_all));
   right_.resize(family_.separators_of_all);
@@ -366,15 +313,12 @@ void JoinedLines::solve_separators(double* values) {
 }
 
 LineElimination::LineElimination(const SpringSet& springs, const Layout& particles, const std::string& prefix)
-    : LineElimination(springs, particles, prefix, find_lines(springs, particles)) {}
-
-LineElimination::LineElimination(const SpringSet& springs, const Layout& particles, const std::string& prefix,
-                                 SpringLines lines)
-    : eliminated_(springs, std::move(lines.eliminated), false), kept_(springs, std::move(lines.kept), true) {
+    : lines_(find_lines(springs, particles)),
+      eliminated_(springs, lines_.eliminated, false),
+      kept_(springs, lines_.kept, true) {
   MPI_Comm comm = springs.layout.comm;
   const PetscInt unknowns = kept_.matrices().size();
-  PetscInt first = 0;
-  MPI_Exscan(&unknowns, &first, 1, MPIU_INT, MPI_SUM, comm);
+  const PetscInt first = number_owned(comm, unknowns).first;
   // Global unknown of S of each local spring, or -1.
   std::vector<PetscInt> columns(springs.ends.size(), -1);
   std::vector<PetscInt> previous(springs.ends.size(), -1);  // in the line of a kept spring
@@ -393,9 +337,12 @@ LineElimination::LineElimination(const SpringSet& springs, const Layout& particl
   const Incidence incidence(springs.ends, particles.local());
   for (PetscInt i = 0; i < unknowns; ++i) {
     const PetscInt spring = kept_.matrices().springs()[i];
-    if (spring >= 0 && any_neighbour(springs, incidence, spring, [&](PetscInt other) {
-          return columns[other] >= 0 && !is_in_lines(spring, other);
-        })) {
+    const auto has_entries = [&](PetscInt particle) {
+      const Incidence::Range all = incidence[particle];
+      return std::any_of(all.begin(), all.end(),
+                         [&](PetscInt other) { return columns[other] >= 0 && !is_in_lines(spring, other); });
+    };
+    if (spring >= 0 && std::any_of(springs.ends[spring].begin(), springs.ends[spring].end(), has_entries)) {
       off_lines_.push_back(static_cast<std::size_t>(i));
       rows.push_back(spring);
     }
@@ -410,7 +357,8 @@ LineElimination::LineElimination(const SpringSet& springs, const Layout& particl
   set_symmetric_product<&LineElimination::multiply>(schur_);
   set_definite(schur_);
   set_matrix_options(schur_, prefix);
-  preconditioner_ = {{}, [this](Vec in, Vec out) { kept_.solve(ReadArray(in), Array(out)); }, words()};
+  preconditioner_ = {
+      {}, [this](Vec in, Vec out) { kept_.solve(ConstVecValues(in).data(), VecValues(out).data()); }, words()};
   offer_preconditioner(schur_, type, preconditioner_);
 }
 
@@ -433,54 +381,56 @@ void LineElimination::update(const std::vector<double>& diagonal, const Eigen::M
 }
 
 void LineElimination::multiply(Vec in_vector, Vec out_vector) {
-  const ReadArray in(in_vector);
-  const Array out(out_vector);
-  rows_->begin(in);
-  kept_.matrices().multiply(in, out);
-  rows_->end(in);
+  const ConstVecValues in(in_vector);
+  VecValues out(out_vector);
+  rows_->begin(in.data());
+  kept_.matrices().multiply(in.data(), out.data());
+  rows_->end(in.data());
   eliminated_.solve_by_groups(
-      [&](std::size_t first, std::size_t count, double* values) { rows_->multiply(first, count, in, values); },
-      [&](std::size_t first, std::size_t count, const double* x) { rows_->subtract_transposed(first, count, x, out); });
+      [&](std::size_t first, std::size_t count, double* values) { rows_->multiply(first, count, in.data(), values); },
+      [&](std::size_t first, std::size_t count, const double* x) {
+        rows_->subtract_transposed(first, count, x, out.data());
+      });
   const std::size_t below = eliminated_.matrices().size();
-  rows_->multiply(below, off_lines_.size(), in, off_line_values_.data());
+  rows_->multiply(below, off_lines_.size(), in.data(), off_line_values_.data());
   for (std::size_t k = 0; k < off_lines_.size(); ++k) {
     out[off_lines_[k]] += off_line_values_[k];
   }
-  rows_->send(out);
+  rows_->send(out.data());
 }
 
 /// Computes the right-hand side of S.
 void LineElimination::eliminate(Vec right_hand_side) {
-  const ReadArray all(right_hand_side);
-  const Array kept(kept_right_hand_side_);
-  gather(kept_.matrices(), 0, kept_.matrices().springs().size(), all, kept);
+  const ConstVecValues all(right_hand_side);
+  VecValues kept(kept_right_hand_side_);
+  gather(kept_.matrices(), 0, kept_.matrices().springs().size(), all.data(), kept.data());
   eliminated_.solve_by_groups([&](std::size_t first, std::size_t count,
-                                  double* values) { gather(eliminated_.matrices(), first, count, all, values); },
+                                  double* values) { gather(eliminated_.matrices(), first, count, all.data(), values); },
                               [&](std::size_t first, std::size_t count, const double* x) {
-                                rows_->subtract_transposed(first, count, x, kept);
+                                rows_->subtract_transposed(first, count, x, kept.data());
                               });
-  rows_->send(kept);
+  rows_->send(kept.data());
 }
 
 /// Computes the eliminated values from the kept ones, and combines both in lambda.
 void LineElimination::substitute(Vec right_hand_side, Vec lambda) {
-  const ReadArray kept(kept_values_);
-  const ReadArray given(right_hand_side);
-  const Array all(lambda);
-  rows_->begin(kept);
-  scatter(kept_.matrices(), 0, kept_.matrices().springs().size(), kept, all);
-  rows_->end(kept);
+  const ConstVecValues kept(kept_values_);
+  const ConstVecValues given(right_hand_side);
+  VecValues all(lambda);
+  rows_->begin(kept.data());
+  scatter(kept_.matrices(), 0, kept_.matrices().springs().size(), kept.data(), all.data());
+  rows_->end(kept.data());
   const PetscInt* springs = eliminated_.matrices().springs().data();
   eliminated_.solve_by_groups(
       [&](std::size_t first, std::size_t count, double* values) {
-        rows_->multiply(first, count, kept, values);
+        rows_->multiply(first, count, kept.data(), values);
         for (std::size_t i = 0; i < count; ++i) {
           const PetscInt spring = springs[first + i];
           values[i] = (spring < 0 ? 0 : given[spring]) - values[i];
         }
       },
       [&](std::size_t first, std::size_t count, const double* x) {
-        scatter(eliminated_.matrices(), first, count, x, all);
+        scatter(eliminated_.matrices(), first, count, x, all.data());
       });
 }
 
@@ -493,7 +443,7 @@ StageResult LineElimination::solve(KSP ksp, Vec right_hand_side, Vec lambda, con
 
 void LineElimination::apply(Vec in, Vec out) {
   eliminate(in);
-  kept_.solve(ReadArray(kept_right_hand_side_), Array(kept_values_));
+  kept_.solve(ConstVecValues(kept_right_hand_side_).data(), VecValues(kept_values_).data());
   substitute(in, out);
 }
 

@@ -95,8 +95,9 @@ class LineMatrices {
 /// its lines, all ranks solve the tridiagonal systems of the separators, and each rank solves backwards.
 class JoinedLines {
  public:
-  /// Collective. The set must outlive the lines. @param keeps_entries as for LineMatrices
-  JoinedLines(const SpringSet& set, LineFamily family, bool keeps_entries);
+  /// Takes the lines from the family; it and the set must outlive this object. Collective.
+  /// @param keeps_entries as for LineMatrices
+  JoinedLines(const SpringSet& set, LineFamily& family, bool keeps_entries);
 
   const LineMatrices& matrices() const { return matrices_; }
 
@@ -151,7 +152,7 @@ class JoinedLines {
 
   const SpringSet& set_;
   LineMatrices matrices_;
-  LineFamily family_;                  ///< without the lines
+  const LineFamily& family_;           ///< without the lines
   std::vector<std::size_t> unknowns_;  ///< this rank's separators
   std::vector<double> coupling_;       ///< of each end of a line with its separator
   std::vector<double> separators_;     ///< of all ranks: diagonal, then entry with the separator before
@@ -197,11 +198,11 @@ class LineElimination {
   std::string words() const;
 
  private:
-  LineElimination(const SpringSet& springs, const Layout& particles, const std::string& prefix, SpringLines lines);
   void eliminate(Vec right_hand_side);
   void substitute(Vec right_hand_side, Vec lambda);
   void multiply(Vec in, Vec out);
 
+  SpringLines lines_;
   JoinedLines eliminated_;
   JoinedLines kept_;
   std::unique_ptr<GramBlock> coupling_;  ///< B, and in further rows the entries of K that are not along lines

@@ -15,16 +15,11 @@ namespace {
 
 constexpr PetscInt none = -1;
 
-std::size_t at(PetscInt number) { return static_cast<std::size_t>(number); }
-
 /// Builds the lines step by step.
 class LineFinder {
  public:
   LineFinder(const SpringSet& set, const Layout& particles)
-      : set_(set),
-        incidence_(set.ends, particles.local()),
-        partner_(at(set.owned()), {none, none}),
-        foreign_(at(set.owned()), {none, none}) {
+      : set_(set), incidence_(set.ends, particles.local()), following_(set.owned(), {none, none}) {
     find_corners();
     for (PetscInt particle = 0; particle < particles.local(); ++particle) {
       pair_springs(particle);
@@ -44,23 +39,24 @@ class LineFinder {
     for (const std::vector<PetscInt>& line : lines_) {
       PetscInt previous = none;
       for (const PetscInt spring : line) {
-        auto& chains = family_of(spring, result).lines;
-        if (previous == none || is_eliminated_[at(previous)] != is_eliminated_[at(spring)] ||
-            is_separator_[at(previous)] || is_separator_[at(spring)]) {
+        auto& chains = (is_eliminated_[spring] ? result.eliminated : result.kept).lines;
+        if (previous == none || is_eliminated_[previous] != is_eliminated_[spring] || is_separator_[previous] ||
+            is_separator_[spring]) {
           chains.emplace_back();
         }
         chains.back().push_back(spring);
         previous = spring;
       }
     }
-    for (LineFamily* family : {&result.eliminated, &result.kept}) {
-      const bool eliminated = family == &result.eliminated;
-      family->separators_of_all = separators_of_all_[eliminated ? 0 : 1];
-      for (std::size_t line = 0; line < family->lines.size(); ++line) {
-        if (is_separator_[at(family->lines[line][0])]) {
-          add_separator(family->lines[line][0], *family);
+    for (const bool eliminated : {true, false}) {
+      LineFamily& family = eliminated ? result.eliminated : result.kept;
+      family.separators_of_all = separators_of_all_[eliminated ? 0 : 1];
+      for (std::size_t line = 0; line < family.lines.size(); ++line) {
+        const PetscInt spring = family.lines[line][0];
+        if (is_separator_[spring]) {
+          add_separator(spring, family);
         } else {
-          add_ends(line, *family);
+          add_ends(line, family);
         }
       }
     }
@@ -68,21 +64,21 @@ class LineFinder {
   }
 
  private:
-  std::size_t end_at(PetscInt spring, PetscInt particle) const { return set_.ends[at(spring)][0] == particle ? 0 : 1; }
+  std::size_t end_at(PetscInt spring, PetscInt particle) const { return set_.ends[spring][0] == particle ? 0 : 1; }
   PetscInt other_end(PetscInt spring, PetscInt particle) const {
-    return set_.ends[at(spring)][1 - end_at(spring, particle)];
+    return set_.ends[spring][1 - end_at(spring, particle)];
   }
 
   /// Finds the springs with which each local spring forms corners of quads. As a rank does not have the quads beyond
   /// its ghosts, owners send theirs, so that all ranks with springs at a particle have the same corners. Collective.
   void find_corners() {
-    corners_.assign(at(set_.local()), {{{none, none, none}, {none, none, none}}});
+    corners_.assign(set_.local(), {{{none, none, none}, {none, none, none}}});
     for (PetscInt spring = 0; spring < set_.owned(); ++spring) {
       for (std::size_t end = 0; end < 2; ++end) {
-        const PetscInt particle = set_.ends[at(spring)][end];
-        auto* next = corners_[at(spring)][end].begin();
+        const PetscInt particle = set_.ends[spring][end];
+        auto* next = corners_[spring][end].begin();
         for (const PetscInt other : incidence_[particle]) {
-          if (other != spring && next != corners_[at(spring)][end].end() && share_quad(particle, spring, other)) {
+          if (other != spring && next != corners_[spring][end].end() && share_quad(particle, spring, other)) {
             *next++ = set_.layout.to_global(other);
           }
         }
@@ -106,26 +102,20 @@ class LineFinder {
   /// Whether the owner of either spring has a quad with both springs at a particle as sides.
   bool make_corner(PetscInt particle, PetscInt one, PetscInt other) const {
     const auto sees = [&](PetscInt spring, PetscInt beside) {
-      const auto& corners = corners_[at(spring)][end_at(spring, particle)];
+      const auto& corners = corners_[spring][end_at(spring, particle)];
       return std::find(corners.begin(), corners.end(), set_.layout.to_global(beside)) != corners.end();
     };
     return sees(one, other) || sees(other, one);
   }
 
-  /// Spring, of any rank, in which the line of an owned spring continues at an end, or none.
-  PetscInt following(PetscInt spring, std::size_t end) const {
-    const PetscInt own = partner_[at(spring)][end];
-    return own != none ? own : foreign_[at(spring)][end];
-  }
-
   void add_separator(PetscInt spring, LineFamily& family) const {
     family.separators.push_back(spring);
-    family.numbers.push_back(number_[at(spring)]);
+    family.numbers.push_back(number_[spring]);
     for (std::size_t end = 0; end < 2; ++end) {
-      const PetscInt next = following_of_family(spring, end);
-      if (next != none && is_separator_[at(next)] && number_[at(spring)] < number_[at(next)]) {
+      const PetscInt next = separator_beside(spring, end);
+      if (next != none && number_[spring] < number_[next]) {
         family.neighbours.push_back({spring, next});
-        family.neighbour_numbers.push_back(number_[at(spring)]);
+        family.neighbour_numbers.push_back(number_[spring]);
       }
     }
   }
@@ -135,11 +125,9 @@ class LineFinder {
     std::array<PetscInt, 2> separators{none, none};
     for (std::size_t end = 0; end < 2; ++end) {
       const PetscInt spring = end == 0 ? springs.front() : springs.back();
-      const PetscInt inwards = springs.size() == 1 ? none : end == 0 ? springs[1] : springs[springs.size() - 2];
       for (std::size_t side = 0; side < 2; ++side) {
-        const PetscInt next = following_of_family(spring, side);
-        const bool is_outwards = springs.size() == 1 ? side == end : next != inwards;
-        if (next != none && is_outwards && is_separator_[at(next)]) {
+        const PetscInt next = separator_beside(spring, side);
+        if (next != none && (springs.size() > 1 || side == end)) {
           separators[end] = next;
         }
       }
@@ -151,35 +139,26 @@ class LineFinder {
     for (std::size_t end = 0; end < 2; ++end) {
       if (separators[end] != none) {
         family.ends.push_back(
-            {line, end, {end == 0 ? springs.front() : springs.back(), separators[end]}, number_[at(separators[end])]});
+            {line, end, {end == 0 ? springs.front() : springs.back(), separators[end]}, number_[separators[end]]});
       }
     }
-  }
-
-  LineFamily& family_of(PetscInt spring, SpringLines& lines) const {
-    return is_eliminated_[at(spring)] ? lines.eliminated : lines.kept;
   }
 
   void join(PetscInt particle, PetscInt one, PetscInt other) {
     for (const auto& [from, to] : {std::pair{one, other}, std::pair{other, one}}) {
       if (from < set_.owned()) {
-        (to < set_.owned() ? partner_ : foreign_)[at(from)][end_at(from, particle)] = to;
+        following_[from][end_at(from, particle)] = to;
       }
     }
   }
 
-  /// The springs at a particle, in the same order on all ranks.
-  std::vector<PetscInt> sorted_springs_at(PetscInt particle) const {
-    const Incidence::Range all = incidence_[particle];
-    std::vector<PetscInt> springs(all.begin(), all.end());
-    std::sort(springs.begin(), springs.end(),
-              [this](PetscInt a, PetscInt b) { return set_.layout.to_global(a) < set_.layout.to_global(b); });
-    return springs;
-  }
-
   /// Joins opposite springs: those that make no corner.
   void pair_springs(PetscInt particle) {
-    const std::vector<PetscInt> springs = sorted_springs_at(particle);
+    const Incidence::Range all = incidence_[particle];
+    std::vector<PetscInt> springs(all.begin(), all.end());
+    std::sort(springs.begin(), springs.end(), [this](PetscInt a, PetscInt b) {  // in the same order on all ranks
+      return set_.layout.to_global(a) < set_.layout.to_global(b);
+    });
     if (springs.size() == 3 || springs.size() == 4) {
       pair_regularly(particle, springs);
       return;
@@ -197,59 +176,58 @@ class LineFinder {
 
   /// Joins four springs two by two, or two of three. At the border, where quads are missing, any of several ways is
   /// right.
-  void pair_regularly(PetscInt particle, const std::vector<PetscInt>& s) {
-    using Pairs = std::array<SpringPair, 2>;  // of three springs, the same pair twice
-    const auto ways = s.size() == 3
-                          ? std::array{Pairs{{{s[0], s[1]}, {s[0], s[1]}}}, Pairs{{{s[0], s[2]}, {s[0], s[2]}}},
-                                       Pairs{{{s[1], s[2]}, {s[1], s[2]}}}}
-                          : std::array{Pairs{{{s[0], s[1]}, {s[2], s[3]}}}, Pairs{{{s[0], s[2]}, {s[1], s[3]}}},
-                                       Pairs{{{s[0], s[3]}, {s[1], s[2]}}}};
+  void pair_regularly(PetscInt particle, std::vector<PetscInt> s) {
+    s.resize(4, none);  // One of three springs is joined with none.
+    using Pairs = std::array<SpringPair, 2>;
+    const std::array ways{Pairs{{{s[0], s[1]}, {s[2], s[3]}}}, Pairs{{{s[0], s[2]}, {s[1], s[3]}}},
+                          Pairs{{{s[0], s[3]}, {s[1], s[2]}}}};
+    const auto is_refused = [&](const SpringPair& pair) {
+      return pair.other != none && make_corner(particle, pair.own, pair.other);
+    };
     const auto chosen = std::find_if(ways.begin(), ways.end(), [&](const Pairs& pairs) {
-      return std::none_of(pairs.begin(), pairs.end(),
-                          [&](const SpringPair& pair) { return make_corner(particle, pair.own, pair.other); });
+      return std::none_of(pairs.begin(), pairs.end(), is_refused);
     });
     if (chosen != ways.end()) {
       for (const SpringPair& pair : *chosen) {
-        join(particle, pair.own, pair.other);
+        if (pair.other != none) {
+          join(particle, pair.own, pair.other);
+        }
       }
     }
   }
 
   void trace_lines() {
-    line_of_.assign(partner_.size(), none);
-    const auto next = [this](std::pair<PetscInt, std::size_t> from) {
+    line_of_.assign(following_.size(), none);
+    // A spring, and the end of it at which its line goes on; none after the last one of this rank.
+    using Place = std::pair<PetscInt, std::size_t>;
+    const auto next = [this](const Place& from) {
       const auto [spring, end] = from;
-      const PetscInt following = partner_[at(spring)][end];
-      return std::pair{following, 1 - end_at(following, set_.ends[at(spring)][end])};
+      const PetscInt following = following_[spring][end];
+      return following < 0 || following >= set_.owned()
+                 ? Place{none, 0}
+                 : Place{following, 1 - end_at(following, set_.ends[spring][end])};
     };
     for (PetscInt start = 0; start < set_.owned(); ++start) {
-      if (line_of_[at(start)] != none) {
+      if (line_of_[start] != none) {
         continue;
       }
-      std::pair<PetscInt, std::size_t> last{start, 0};
+      Place last{start, 0};
       bool is_closed = false;
-      while (partner_[at(last.first)][last.second] != none && !is_closed) {
-        last = next(last);
+      for (Place place = next(last); place.first != none && !is_closed; place = next(place)) {
+        last = place;
         is_closed = last.first == start;
       }
       const auto line = static_cast<PetscInt>(lines_.size());
       lines_.emplace_back();
-      std::pair<PetscInt, std::size_t> current{last.first, 1 - last.second};
-      while (true) {
-        lines_.back().push_back(current.first);
-        line_of_[at(current.first)] = line;
-        if (partner_[at(current.first)][current.second] == none) {
-          break;
-        }
-        current = next(current);
-        if (line_of_[at(current.first)] == line) {
-          break;
-        }
+      for (Place place{last.first, 1 - last.second}; place.first != none && line_of_[place.first] != line;
+           place = next(place)) {
+        lines_.back().push_back(place.first);
+        line_of_[place.first] = line;
       }
       if (is_closed) {  // Cut: its last spring becomes a line of its own.
         const PetscInt cut = lines_.back().back();
         lines_.back().pop_back();
-        line_of_[at(cut)] = static_cast<PetscInt>(lines_.size());
+        line_of_[cut] = static_cast<PetscInt>(lines_.size());
         lines_.push_back({cut});
         cuts_.push_back(cut);
       }
@@ -258,26 +236,24 @@ class LineFinder {
 
   /// Gives crossing lines of this rank different families where possible.
   void choose_families() {
-    component_of_line_.resize(lines_.size());
-    std::vector<bool> is_chosen(lines_.size(), false);
-    std::vector<bool> is_first_family(lines_.size(), false);
+    component_of_line_.assign(lines_.size(), none);
+    std::vector<bool> is_first_family(lines_.size(), true);
     std::vector<std::size_t> queue;
     for (std::size_t start = 0; start < lines_.size(); ++start) {
-      if (is_chosen[start]) {
+      if (component_of_line_[start] != none) {
         continue;
       }
-      is_chosen[start] = is_first_family[start] = true;
+      component_of_line_[start] = components_;
       queue.assign(1, start);
       for (std::size_t head = 0; head < queue.size(); ++head) {
-        component_of_line_[queue[head]] = components_;
         for (const PetscInt spring : lines_[queue[head]]) {
-          for (const PetscInt particle : set_.ends[at(spring)]) {
+          for (const PetscInt particle : set_.ends[spring]) {
             for (const PetscInt crossing : incidence_[particle]) {
-              const PetscInt line = crossing < set_.owned() ? line_of_[at(crossing)] : none;
-              if (line != none && !is_chosen[at(line)]) {
-                is_chosen[at(line)] = true;
-                is_first_family[at(line)] = !is_first_family[queue[head]];
-                queue.push_back(at(line));
+              const PetscInt line = crossing < set_.owned() ? line_of_[crossing] : none;
+              if (line != none && component_of_line_[line] == none) {
+                component_of_line_[line] = components_;
+                is_first_family[line] = !is_first_family[queue[head]];
+                queue.push_back(line);
               }
             }
           }
@@ -285,9 +261,9 @@ class LineFinder {
       }
       ++components_;
     }
-    is_eliminated_.resize(partner_.size());
+    is_eliminated_.resize(following_.size());
     for (std::size_t spring = 0; spring < is_eliminated_.size(); ++spring) {
-      is_eliminated_[spring] = is_first_family[at(line_of_[spring])];
+      is_eliminated_[spring] = is_first_family[line_of_[spring]];
     }
   }
 
@@ -299,18 +275,16 @@ class LineFinder {
       PetscInt alike;       // how many more lines have the same family in both than have not
     };
     const PetscInt first = number_owned(set_.layout.comm, components_).first;
-    std::vector<PetscInt> family(at(set_.local()));  // 2 * part + family
+    std::vector<PetscInt> family(set_.local());  // 2 * part + family
     for (PetscInt spring = 0; spring < set_.owned(); ++spring) {
-      family[at(spring)] =
-          2 * (first + component_of_line_[at(line_of_[at(spring)])]) + (is_eliminated_[at(spring)] ? 1 : 0);
+      family[spring] = 2 * (first + component_of_line_[line_of_[spring]]) + (is_eliminated_[spring] ? 1 : 0);
     }
     update_ghosts(set_.layout, family);
     std::map<std::pair<PetscInt, PetscInt>, PetscInt> own_votes;
     for (PetscInt spring = 0; spring < set_.owned(); ++spring) {
-      for (const PetscInt other : foreign_[at(spring)]) {
-        if (other != none && family[at(spring)] < family[at(other)]) {
-          own_votes[{family[at(spring)] / 2, family[at(other)] / 2}] +=
-              family[at(spring)] % 2 == family[at(other)] % 2 ? 1 : -1;
+      for (const PetscInt other : following_[spring]) {
+        if (other >= set_.owned() && family[spring] < family[other]) {
+          own_votes[{family[spring] / 2, family[other] / 2}] += family[spring] % 2 == family[other] % 2 ? 1 : -1;
         }
       }
     }
@@ -339,12 +313,12 @@ class LineFinder {
       }
     }
     for (PetscInt spring = 0; spring < set_.owned(); ++spring) {
-      if (root_of(family[at(spring)] / 2).second) {
-        is_eliminated_[at(spring)] = !is_eliminated_[at(spring)];
+      if (root_of(family[spring] / 2).second) {
+        is_eliminated_[spring] = !is_eliminated_[spring];
       }
     }
     for (const PetscInt cut : cuts_) {
-      is_eliminated_[at(cut)] = false;
+      is_eliminated_[cut] = false;
     }
   }
 
@@ -352,13 +326,13 @@ class LineFinder {
   void keep_crossing_springs(PetscInt particle) {
     PetscInt first = none;
     for (const PetscInt spring : incidence_[particle]) {
-      if (spring >= set_.owned() || !is_eliminated_[at(spring)]) {
+      if (spring >= set_.owned() || !is_eliminated_[spring]) {
         continue;
       }
       if (first == none) {
         first = spring;
-      } else if (partner_[at(first)][end_at(first, particle)] != spring) {
-        is_eliminated_[at(spring)] = false;
+      } else if (following_[first][end_at(first, particle)] != spring) {
+        is_eliminated_[spring] = false;
       }
     }
   }
@@ -370,9 +344,9 @@ class LineFinder {
     const std::vector<bool> eliminated = is_eliminated_;
     for (PetscInt spring = 0; spring < set_.owned(); ++spring) {
       for (std::size_t end = 0; end < 2; ++end) {
-        for (const PetscInt other : incidence_[set_.ends[at(spring)][end]]) {
-          if (is_of_lower_rank(other) && eliminated[at(other)] && foreign_[at(spring)][end] != other) {
-            is_eliminated_[at(spring)] = false;
+        for (const PetscInt other : incidence_[set_.ends[spring][end]]) {
+          if (is_of_lower_rank(other) && eliminated[other] && following_[spring][end] != other) {
+            is_eliminated_[spring] = false;
           }
         }
       }
@@ -384,23 +358,23 @@ class LineFinder {
   /// in a closed line one of these is not. All ranks solve for all separators: where these are too many there are none,
   /// and the eliminated springs at such places are kept instead.
   void choose_separators() {
-    is_separator_.assign(at(set_.owned()), false);
+    is_separator_.assign(set_.owned(), false);
     for (PetscInt spring = 0; spring < set_.owned(); ++spring) {
-      for (const PetscInt other : foreign_[at(spring)]) {
-        if (other != none && is_of_lower_rank(other) && is_eliminated_[at(spring)] == is_eliminated_[at(other)]) {
-          is_separator_[at(spring)] = true;
+      for (const PetscInt other : following_[spring]) {
+        if (is_of_lower_rank(other) && is_eliminated_[spring] == is_eliminated_[other]) {
+          is_separator_[spring] = true;
         }
       }
     }
     update_ghost_flags(is_separator_);
-    number_.assign(at(set_.local()), none);
+    number_.assign(set_.local(), none);
     for (const bool eliminated : {true, false}) {
       number_separators(eliminated);
     }
     update_ghosts(set_.layout, number_);
     for (PetscInt spring = 0; spring < set_.owned(); ++spring) {
-      if (is_separator_[at(spring)] && number_[at(spring)] == none) {
-        is_separator_[at(spring)] = is_eliminated_[at(spring)] = false;
+      if (is_separator_[spring] && number_[spring] == none) {
+        is_separator_[spring] = is_eliminated_[spring] = false;
       }
     }
     update_ghost_flags(is_separator_);
@@ -411,28 +385,21 @@ class LineFinder {
     std::vector<PetscInt> own;                       // global numbers
     std::vector<std::array<PetscInt, 2>> own_links;  // of separators next to each other along a line, by global numbers
     for (PetscInt spring = 0; spring < set_.owned(); ++spring) {
-      if (is_eliminated_[at(spring)] != eliminated) {
+      if (is_eliminated_[spring] != eliminated) {
         continue;
       }
-      const PetscInt global = set_.layout.to_global(spring);
-      std::array<PetscInt, 2> beside{none, none};
-      for (std::size_t end = 0; end < 2; ++end) {
-        const PetscInt next = following_of_family(spring, end);
-        beside[end] = next != none && is_separator_[at(next)] ? set_.layout.to_global(next) : none;
+      const bool is_separator = is_separator_[spring];
+      if (is_separator) {
+        own.push_back(set_.layout.to_global(spring));
       }
-      if (is_separator_[at(spring)]) {
-        own.push_back(global);
-        for (const PetscInt other : beside) {
-          if (other > global) {
-            own_links.push_back({global, other});
+      for (std::size_t end = 0; end < 2; ++end) {
+        const PetscInt beside = separator_beside(spring, end);
+        if (beside != none) {
+          const PetscInt here = set_.layout.to_global(is_separator ? spring : beside);
+          const PetscInt there = is_separator ? set_.layout.to_global(beside) : separator_beyond(spring, 1 - end);
+          if (there > here) {
+            own_links.push_back({here, there});
           }
-        }
-        continue;
-      }
-      for (std::size_t end = 0; end < 2; ++end) {
-        const PetscInt beyond = beside[end] == none ? none : separator_beyond(spring, 1 - end);
-        if (beyond > beside[end]) {
-          own_links.push_back({beside[end], beyond});
         }
       }
     }
@@ -478,20 +445,25 @@ class LineFinder {
       }
     }
     for (const PetscInt separator : own) {
-      number_[at(separator - set_.layout.first)] = numbers[separator];
+      number_[separator - set_.layout.first] = numbers[separator];
     }
   }
 
   void update_ghost_flags(std::vector<bool>& flags) const {
-    flags.resize(at(set_.local()));
+    flags.resize(set_.local());
     update_ghosts(set_.layout, flags);
   }
   bool is_of_lower_rank(PetscInt spring) const {
     return spring >= set_.owned() && set_.layout.to_global(spring) < set_.layout.first;
   }
   PetscInt following_of_family(PetscInt spring, std::size_t end) const {
-    const PetscInt next = following(spring, end);
-    return next != none && is_eliminated_[at(next)] == is_eliminated_[at(spring)] ? next : none;
+    const PetscInt next = following_[spring][end];
+    return next != none && is_eliminated_[next] == is_eliminated_[spring] ? next : none;
+  }
+  /// Separator in which the line of an owned spring continues at an end, or none.
+  PetscInt separator_beside(PetscInt spring, std::size_t end) const {
+    const PetscInt next = following_of_family(spring, end);
+    return next != none && is_separator_[next] ? next : none;
   }
   /// Global number of the first spring along the line of an owned one that may be a separator, or none.
   PetscInt separator_beyond(PetscInt spring, std::size_t end) const {
@@ -500,10 +472,10 @@ class LineFinder {
       if (next == none || next == start) {
         return none;
       }
-      if (is_separator_[at(next)]) {
+      if (is_separator_[next]) {
         return set_.layout.to_global(next);
       }
-      end = 1 - end_at(next, set_.ends[at(spring)][end]);
+      end = 1 - end_at(next, set_.ends[spring][end]);
       spring = next;
     }
   }
@@ -511,8 +483,7 @@ class LineFinder {
   const SpringSet& set_;
   Incidence incidence_;
   std::vector<std::array<std::array<PetscInt, 3>, 2>> corners_;  ///< global numbers at either end of each local spring
-  std::vector<std::array<PetscInt, 2>> partner_;  ///< spring in which an owned spring's line continues at either end
-  std::vector<std::array<PetscInt, 2>> foreign_;  ///< the same for ghosts
+  std::vector<std::array<PetscInt, 2>> following_;  ///< spring in which an owned spring's line continues at either end
   std::vector<std::vector<PetscInt>> lines_;
   std::vector<PetscInt> line_of_;
   std::vector<PetscInt> component_of_line_;  ///< number of the connected part, on this rank, of a line

@@ -6,8 +6,9 @@
 
 #include "base/error.h"
 #include "base/units.h"
+#include "linear/shell_operations.h"
 #include "parallel/collective.h"
-#include "projection/irregular_vertices.h"
+#include "surface/incidence.h"
 #include "surface/weave_strain.h"
 
 namespace pellicle {
@@ -38,15 +39,47 @@ bool add_solve(StageResult& result, const StageResult& solved) {
 
 }  // namespace
 
+void require_shift_at_irregular_vertices(const Sheet& sheet, const ProjectOptions& options) {
+  constexpr int most_neighbours = 6;     // Burning paper, section 8.2.
+  constexpr double least_shift = 0.001;  // Measured with 12 neighbours: steps fail at 1e-4, none at 1e-3.
+  if (options.shift >= least_shift) {
+    return;
+  }
+  std::array<PetscInt, 2> worst{};  // minus the number of neighbours, then the id
+  for (const Colour colour : all_colours) {
+    if (sheet.acts(colour)) {
+      const Incidence incidence(sheet.of(colour).ends, sheet.particles.local());
+      for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
+        worst = std::min(worst, {-incidence[i].size(), sheet.persistent_id[i]});
+      }
+    }
+  }
+  const std::vector<std::array<PetscInt, 2>> of_ranks = of_all_ranks(sheet.comm(), std::vector{worst});
+  const auto [count, vertex] = *std::min_element(of_ranks.begin(), of_ranks.end());
+  if (-count <= most_neighbours) {
+    return;
+  }
+  throw Error("project.shift: " + number_text(options.shift) + ", expected at least " + number_text(least_shift) +
+              " as vertex " + std::to_string(vertex) + " has " + std::to_string(-count) +
+              " neighbours by springs of one colour: beyond six the projection diverges without it");
+}
+
 ProjectionError constraint_errors(const Sheet& sheet, const Field& x,
                                   const std::array<std::vector<double>, 4>& target_length, const ActiveSet& active) {
   ProjectionError error;
   for (const Colour colour : all_colours) {
     const auto index = static_cast<std::size_t>(colour);
-    if (sheet.layers == 1 && colour != Colour::blue) {
-      continue;
+    const SpringSet& springs = sheet.of(colour);
+    double sum = 0;
+    for (PetscInt s = 0; s < springs.owned() && sheet.acts(colour); ++s) {
+      if (active.springs[index][s]) {
+        const auto& [a, b] = springs.ends[s];
+        const double target = target_length[index][s];
+        const double constraint = (x.vector(a) - x.vector(b)).squaredNorm() / target - target;
+        sum += constraint * constraint;
+      }
     }
-    error.colour[index] = squared_error(sheet.of(colour), x.data(), target_length[index], active.springs[index]);
+    error.colour[index] = sum;
   }
   error.colour = sum_over_ranks(sheet.comm(), error.colour);
   error.total = std::sqrt(std::accumulate(error.colour.begin(), error.colour.end(), 0.0));
@@ -86,13 +119,12 @@ SuccessiveProjection::SuccessiveProjection(const Sheet& sheet, const ProjectOpti
     const std::string prefix = options.solver_prefix + colour_names[index] + "_";
     char preconditioner[64] = "lines";
     check(PetscOptionsGetString(nullptr, prefix.c_str(), "-pc_type", preconditioner, sizeof preconditioner, nullptr));
-    const bool eliminates_lines =
-        options.mat_type == GramFormat::lines && std::string(preconditioner) == LineElimination::type;
-    system.gram = std::make_unique<Gram>(springs, sheet.particles,
-                                         eliminates_lines                        ? GramFormat::shell
-                                         : options.mat_type == GramFormat::lines ? GramFormat::aij
-                                                                                 : GramFormat(options.mat_type),
-                                         prefix);
+    GramFormat format = options.mat_type;
+    const bool eliminates_lines = format == GramFormat::lines && std::string(preconditioner) == LineElimination::type;
+    if (format == GramFormat::lines) {
+      format = eliminates_lines ? GramFormat::shell : GramFormat::aij;
+    }
+    system.gram = std::make_unique<Gram>(springs, sheet.particles, format, prefix);
     KspDefaults defaults{KSPCG, PCBJACOBI, options_.ksp_rtol, 10000};
     defaults.fields = {"lambda"};
     defaults.largest_rtol = largest_unjudged_rtol;
@@ -121,15 +153,11 @@ void SuccessiveProjection::begin(const ProjectionInput& input) {
   if (joint_ != nullptr) {
     joint_->begin_step();
   }
-  set_inverse_masses(input);
   if (input.pull != nullptr) {
     for (std::size_t colour = 0; colour < 4; ++colour) {
       (*input.pull)[colour].assign(static_cast<std::size_t>(sheet_.springs[colour].owned()), 0);
     }
   }
-}
-
-void SuccessiveProjection::set_inverse_masses(const ProjectionInput& input) {
   const std::size_t count = input.mass.size();
   gram_inverse_mass_.assign(count, 1);
   if (options_.masses == GramMasses::actual) {
@@ -187,30 +215,24 @@ StageResult SuccessiveProjection::project_colour(Field& x, Colour colour, const 
   if (system.lines != nullptr) {
     system.lines->update(system.gram->diagonal(), constraint.gradient, gram_inverse_mass_);
   }
-  double* values = nullptr;
-  check(VecGetArrayWrite(system.right_hand_side, &values));
-  for (std::size_t s = 0; s < system.weight.size(); ++s) {
-    const double error = constraint.error[static_cast<Eigen::Index>(s)];
-    values[s] = limit ? excess(error, input.target_length[index][s], sheet_.layers == 1 ? 0 : aim * *limit)
-                      : system.weight[s] * error;
+  {
+    VecValues values(system.right_hand_side);
+    for (PetscInt s = 0; s < springs.owned(); ++s) {
+      const double error = constraint.error[s];
+      values[s] = limit ? excess(error, input.target_length[index][s], sheet_.layers == 1 ? 0 : aim * *limit)
+                        : system.weight[s] * error;
+    }
   }
-  check(VecRestoreArrayWrite(system.right_hand_side, &values));
   const LinearNeed need = this->need();
   StageResult result = system.lines != nullptr
                            ? system.lines->solve(system.ksp, system.right_hand_side, system.lambda, &need)
                            : solve(system.ksp, system.right_hand_side, system.lambda, &need);
-  iterations_[index] += result.iterations;
   if (!result.converged) {
     return result;
   }
   system.gram->apply_transpose(constraint.gradient, system.lambda, displacement_);
   move(x);
-  if (input.pull != nullptr) {
-    const double* lambda = nullptr;
-    check(VecGetArrayRead(system.lambda, &lambda));
-    add_pull(colour, lambda, (*input.pull)[index]);
-    check(VecRestoreArrayRead(system.lambda, &lambda));
-  }
+  add_pull(input, colour, ConstVecValues(system.lambda).data());
   return result;
 }
 
@@ -232,8 +254,8 @@ StageResult SuccessiveProjection::project_jointly(Field& x, const ProjectionInpu
     linearise(sheet_.of(colour), x.data(), input.target_length[index], input.active.springs[index],
               system.linearisation);
     gradients[index] = &system.linearisation.gradient;
-    for (std::size_t s = 0; s < system.weight.size(); ++s) {
-      joint_error_.push_back(system.weight[s] * system.linearisation.error[static_cast<Eigen::Index>(s)]);
+    for (PetscInt s = 0; s < sheet_.of(colour).owned(); ++s) {
+      joint_error_.push_back(system.weight[s] * system.linearisation.error[s]);
     }
   }
   joint_->update(gradients, gram_inverse_mass_, options_.shift,
@@ -245,20 +267,18 @@ StageResult SuccessiveProjection::project_jointly(Field& x, const ProjectionInpu
   joint_->apply_transpose(displacement_);
   move(x);
   for (const Colour colour : colours_) {
-    if (input.pull != nullptr) {
-      add_pull(colour, joint_->lambda(colour), (*input.pull)[static_cast<std::size_t>(colour)]);
-    }
+    add_pull(input, colour, joint_->lambda(colour));
   }
   return result;
 }
 
-void SuccessiveProjection::add_pull(Colour colour, const double* lambda, std::vector<double>& pull) const {
+void SuccessiveProjection::add_pull(const ProjectionInput& input, Colour colour, const double* lambda) const {
+  const auto index = static_cast<std::size_t>(colour);
   const SpringSet& springs = sheet_.of(colour);
-  const System& system = systems_[static_cast<std::size_t>(colour)];
-  for (std::size_t s = 0; s < pull.size(); ++s) {
+  const Eigen::Matrix3Xd& gradient = systems_[index].linearisation.gradient;
+  for (PetscInt s = 0; input.pull != nullptr && s < springs.owned(); ++s) {
     const auto& [a, b] = springs.ends[s];
-    pull[s] += (move_inverse_mass_[a] + move_inverse_mass_[b]) *
-               system.linearisation.gradient.col(static_cast<Eigen::Index>(s)).norm() * lambda[s];
+    (*input.pull)[index][s] += (move_inverse_mass_[a] + move_inverse_mass_[b]) * gradient.col(s).norm() * lambda[s];
   }
 }
 
@@ -281,10 +301,7 @@ StageResult SuccessiveProjection::limit_strain(Field& x, const ProjectionInput& 
       break;
     }
     for (const Colour colour : weave_colours) {
-      if (!sheet_.acts(colour)) {
-        continue;
-      }
-      if (!add_solve(result, project_colour(x, colour, input, limit))) {
+      if (sheet_.acts(colour) && !add_solve(result, project_colour(x, colour, input, limit))) {
         return result;
       }
     }
@@ -304,7 +321,6 @@ StageResult SuccessiveProjection::advance(Field& x, const ProjectionInput& input
   begin(input);
   const double initial_length = length_norm(input.active);
   monitored_.clear();
-  iterations_ = {};
   const auto after_step = [&] {
     if (input.after_step) {
       input.after_step(x);

@@ -16,6 +16,14 @@
 namespace pellicle {
 inline namespace projection {
 
+/// Refuses meshes on which the paper's projection may diverge: particles with more than six neighbours by springs of
+/// one colour (burning paper, section 8.2), unless `project.shift` is at least 1e-3, which keeps J J^T regular. The
+/// system becomes singular where springs form triangles, as yellow ones may, so that there are at least as many springs
+/// as coordinates of their particles. Collective.
+/// @throws Error on all ranks, which names the vertex with most neighbours, among several that with the least
+/// persistent id
+void require_shift_at_irregular_vertices(const Sheet& sheet, const ProjectOptions& options);
+
 /// ||C|| of each colour and of all springs together [m], before the first step (step 0, no colour) and after each
 /// colour's projection: the curves of Fig. 8.
 struct ProjectionError {
@@ -82,8 +90,6 @@ class SuccessiveProjection {
 
   /// The errors in the last `advance`, if the options ask for them.
   const std::vector<ProjectionError>& monitored() const { return monitored_; }
-  /// Linear iterations of each colour in the last `advance`.
-  const std::array<int, 4>& iterations() const { return iterations_; }
 
  private:
   /// One colour's system.
@@ -98,7 +104,6 @@ class SuccessiveProjection {
   };
 
   void begin(const ProjectionInput& input);
-  void set_inverse_masses(const ProjectionInput& input);
   double length_norm(const ActiveSet& active) const;
   /// Accuracy of the linear solves: a residual below the threshold of ||C|| is small enough.
   LinearNeed need() const { return {largest_unjudged_rtol, options_.threshold}; }
@@ -108,8 +113,8 @@ class SuccessiveProjection {
   StageResult project_jointly(Field& x, const ProjectionInput& input);
   StageResult limit_strain(Field& x, const ProjectionInput& input);
   void move(Field& x);
-  /// @param lambda of the owned springs of a colour
-  void add_pull(Colour colour, const double* lambda, std::vector<double>& pull) const;
+  /// Adds to ProjectionInput::pull, if it is given. @param lambda of the owned springs of a colour
+  void add_pull(const ProjectionInput& input, Colour colour, const double* lambda) const;
 
   const Sheet& sheet_;
   ProjectOptions options_;
@@ -121,7 +126,6 @@ class SuccessiveProjection {
   std::vector<double> move_inverse_mass_;  ///< W of the displacement
   Eigen::Matrix3Xd displacement_;
   std::vector<ProjectionError> monitored_;
-  std::array<int, 4> iterations_{};
 };
 
 }  // namespace projection

@@ -14,8 +14,6 @@ inline namespace surface {
 
 namespace {
 
-std::vector<bool> all_cells(const Sheet& sheet) { return std::vector<bool>(sheet.elements.owned, true); }
-
 /// @param rows of all elements of a surface
 void split(MeshRows& rows, const SplitCorners& corners, const Records& copies) {
   const std::size_t vertices = rows.vertices.size();
@@ -53,7 +51,7 @@ LoadedSheet spread(const Sheet& sheet, const std::vector<double>& load, const Re
   fraction.resize(sheet.particles.local());
   update_ghosts(sheet.particles, fraction);
   const auto of = [&fraction](PetscInt particle) { return fraction[particle]; };
-  MeshRows rows = rows_of(sheet, all_cells(sheet), particles, cells);
+  MeshRows rows = rows_of(sheet, {}, particles, cells);
   rows.part.clear();
   for (std::size_t cell = 0; cell < rows.cells.size(); ++cell) {
     const std::array<PetscInt, 4>& corners = sheet.cells[cell];
@@ -65,7 +63,7 @@ LoadedSheet spread(const Sheet& sheet, const std::vector<double>& load, const Re
 
 LoadedSheet split(const Sheet& sheet, const SplitCorners& corners, const Records& particles, const Records& copies,
                   const Records& cells, const SheetOptions& options) {
-  MeshRows rows = rows_of(sheet, all_cells(sheet), particles, cells);
+  MeshRows rows = rows_of(sheet, {}, particles, cells);
   split(rows, corners, copies);
   return make_sheet(sheet.comm(), std::move(rows), {sheet.first_lattice_id, corners.id_end}, options);
 }

@@ -3,19 +3,23 @@
 #include <petscdmplex.h>
 
 #include <cmath>
-#include <map>
+#include <cstdint>
+#include <iterator>
 #include <memory_resource>
 #include <numeric>
 #include <set>
 #include <unordered_map>
 #include <utility>
 
+#include "base/disjoint_sets.h"
 #include "base/error.h"
 #include "base/handle.h"
+#include "base/noise.h"
 #include "parallel/collective.h"
 #include "parallel/exchange.h"
 #include "parallel/route.h"
 #include "surface/opposite_sides.h"
+#include "surface/pieces.h"
 
 namespace pellicle {
 inline namespace surface {
@@ -23,18 +27,14 @@ inline namespace surface {
 namespace {
 
 /// A rank, and the number of an item among those that the rank owns. Ghosts are in this order.
-struct Owner {
-  int rank = 0;
-  PetscInt number = 0;
-  bool operator<(const Owner& other) const { return std::pair{rank, number} < std::pair{other.rank, other.number}; }
-};
+using Owner = std::pair<int, PetscInt>;
 
-/// The numbers 0, 1, ... of items, ordered by their `key`.
+/// The numbers 0, 1, ... of items, ordered by their keys.
 template <class Key>
-std::vector<PetscInt> ordered_by(PetscInt count, const Key& key) {
-  std::vector<PetscInt> items(count);
+std::vector<PetscInt> ordered_by(const std::vector<Key>& keys) {
+  std::vector<PetscInt> items(keys.size());
   std::iota(items.begin(), items.end(), 0);
-  std::sort(items.begin(), items.end(), [&key](PetscInt a, PetscInt b) { return key(a) < key(b); });
+  std::sort(items.begin(), items.end(), [&keys](PetscInt a, PetscInt b) { return keys[a] < keys[b]; });
   return items;
 }
 
@@ -45,6 +45,12 @@ std::vector<Value> picked(const std::vector<Value>& values, const std::vector<Pe
     result.push_back(values[item]);
   }
   return result;
+}
+
+std::vector<PetscInt> ids_of(const std::vector<MeshRows::Point>& points) {
+  std::vector<PetscInt> ids(points.size());
+  std::transform(points.begin(), points.end(), ids.begin(), [](const MeshRows::Point& point) { return point.id; });
+  return ids;
 }
 
 /// The graph of the cells, joined by common sides. @param corners of the cells, the same number for each
@@ -99,15 +105,10 @@ std::vector<int> find_parts(MPI_Comm comm, const MeshRows& rows, const SheetOpti
   int ranks = 1;
   MPI_Comm_size(comm, &ranks);
   const Route to_root(comm, std::vector<int>(rows.cells.size(), 0));
-  std::vector<PetscInt> own_ids;
-  for (const MeshRows::Point& cell : rows.cells) {
-    own_ids.push_back(cell.id);
-  }
-  const std::vector<PetscInt> ids = to_root.send(own_ids);
+  const std::vector<PetscInt> order = ordered_by(to_root.send(ids_of(rows.cells)));
   const std::size_t count = rows.corners;
   const std::vector<PetscInt> corner_ids =
       to_root.send(Records::of(rows.cell_corners, static_cast<PetscInt>(rows.cells.size()), count)).as<PetscInt>();
-  const std::vector<PetscInt> order = ordered_by(to_root.arrivals(), [&ids](PetscInt cell) { return ids[cell]; });
   std::vector<PetscInt> corners;
   for (const PetscInt cell : order) {
     const auto first = corner_ids.begin() + cell * static_cast<PetscInt>(count);
@@ -149,26 +150,26 @@ struct CellTable {
   }
 };
 
-/// The rank that records which ranks hold a vertex.
-int home_of(PetscInt id, int ranks) { return static_cast<int>(id % ranks); }
+/// For each vertex the rank that records which ranks hold it.
+std::vector<int> homes_of(MPI_Comm comm, const std::vector<PetscInt>& ids) {
+  int ranks = 1;
+  MPI_Comm_size(comm, &ranks);
+  std::vector<int> homes(ids.size());
+  std::transform(ids.begin(), ids.end(), homes.begin(), [ranks](PetscInt id) { return static_cast<int>(id % ranks); });
+  return homes;
+}
 
 /// Ranks to which own cells go as the next layer round the cells of these ranks. Collective.
 /// @param constrained vertices of the cells that this rank has, without repeats
 /// @param corners ids of the own cells' corners, `count` each
 /// @returns pairs of a rank and an own cell
-std::set<std::pair<int, PetscInt>> next_layer(MPI_Comm comm, const std::vector<PetscInt>& constrained,
-                                              const std::vector<PetscInt>& corners, std::size_t count) {
-  int ranks = 1;
-  MPI_Comm_size(comm, &ranks);
+std::set<Owner> next_layer(MPI_Comm comm, const std::vector<PetscInt>& constrained,
+                           const std::vector<PetscInt>& corners, std::size_t count) {
   struct Meeting {
     PetscInt vertex;
     int rank;  ///< another holder of the vertex
   };
-  std::vector<int> homes;
-  for (const PetscInt vertex : constrained) {
-    homes.push_back(home_of(vertex, ranks));
-  }
-  const Route to_home(comm, homes);
+  const Route to_home(comm, homes_of(comm, constrained));
   const std::vector<PetscInt> vertices = to_home.send(constrained);
   std::unordered_map<PetscInt, std::vector<int>> ranks_of_vertex;
   for (std::size_t i = 0; i < vertices.size(); ++i) {
@@ -188,7 +189,7 @@ std::set<std::pair<int, PetscInt>> next_layer(MPI_Comm comm, const std::vector<P
   for (const Meeting& meeting : Route(comm, destinations).send(meetings)) {
     others_at[meeting.vertex].push_back(meeting.rank);
   }
-  std::set<std::pair<int, PetscInt>> wanted;
+  std::set<Owner> wanted;
   for (std::size_t i = 0; i < corners.size(); ++i) {
     if (const auto others = others_at.find(corners[i]); others != others_at.end()) {
       for (const int rank : others->second) {
@@ -216,7 +217,11 @@ class Places {
     }
   }
 
-  PetscInt at(PetscInt id) const { return place_.at(id); }
+  /// Places of ids that all are in the list.
+  std::vector<PetscInt> of(std::vector<PetscInt> ids) const {
+    std::transform(ids.begin(), ids.end(), ids.begin(), [this](PetscInt id) { return place_.at(id); });
+    return ids;
+  }
   /// Place of an id, or -1.
   PetscInt find(PetscInt id) const {
     const auto found = place_.find(id);
@@ -271,12 +276,6 @@ std::vector<PetscInt> order_by_nearness(const std::vector<PetscInt>& corners, in
   return order;
 }
 
-/// Message to the holders of a vertex from the rank that records them.
-struct VertexRow {
-  MeshRows::Point point;
-  int owner;
-};
-
 /// Fetches the rows of vertices from wherever they lie, and finds who owns them. Collective.
 /// @param constrained ids of the vertices that this rank holds
 /// @param has_own_cell of each of them, whether this rank owns a cell at it
@@ -284,28 +283,14 @@ struct VertexRow {
 /// @returns owner of each constrained vertex
 std::vector<int> fetch_vertices(MPI_Comm comm, const std::vector<PetscInt>& constrained,
                                 const std::vector<char>& has_own_cell, MeshRows& rows) {
-  int ranks = 1;
-  MPI_Comm_size(comm, &ranks);
-  std::vector<int> homes;
-  for (const MeshRows::Point& vertex : rows.vertices) {
-    homes.push_back(home_of(vertex.id, ranks));
-  }
-  const Route rows_to_home(comm, homes);
+  const Route rows_to_home(comm, homes_of(comm, ids_of(rows.vertices)));
   const std::vector<MeshRows::Point> points = rows_to_home.send(rows.vertices);
   const Records data = rows_to_home.send(rows.vertex_data);
-  homes.clear();
-  for (const PetscInt vertex : constrained) {
-    homes.push_back(home_of(vertex, ranks));
-  }
-  const Route to_home(comm, homes);
+  const Route to_home(comm, homes_of(comm, constrained));
   const std::vector<PetscInt> wanted = to_home.send(constrained);
   const std::vector<char> is_own = to_home.send(has_own_cell);
 
-  std::vector<PetscInt> ids;
-  for (const MeshRows::Point& point : points) {
-    ids.push_back(point.id);
-  }
-  const Places row_of(ids);
+  const Places row_of(ids_of(points));
   std::vector<int> owner(points.size(), -1);
   std::vector<PetscInt> chosen;
   PetscInt missing = -1;
@@ -329,26 +314,13 @@ std::vector<int> fetch_vertices(MPI_Comm comm, const std::vector<PetscInt>& cons
   return to_home.send_back(picked(owner, chosen));
 }
 
-/// The owners' numbers of vertices that this rank holds. Collective.
-/// @param ids and owners of vertices that other ranks own
-/// @param own ids of the vertices that this rank owns, in the order of their numbers
-std::vector<PetscInt> numbers_of_owners(MPI_Comm comm, const std::vector<PetscInt>& ids, const std::vector<int>& owners,
-                                        const std::vector<PetscInt>& own) {
-  const Places number(own);
-  const Route to_owner(comm, owners);
-  std::vector<PetscInt> answers;
-  for (const PetscInt id : to_owner.send(ids)) {
-    answers.push_back(number.at(id));
-  }
-  return to_owner.send_back(answers);
-}
-
-/// A layout with given ghosts. Collective.
-Layout layout_with(MPI_Comm comm, PetscInt owned, const std::vector<Owner>& ghosts) {
+/// A layout with given ghosts in their order, which is set, too. Collective.
+Layout layout_with(MPI_Comm comm, PetscInt owned, const std::vector<Owner>& ghosts, std::vector<PetscInt>& order) {
+  order = ordered_by(ghosts);
   Layout layout = number_owned(comm, owned);
   const std::vector<PetscInt> first = of_all_ranks(comm, std::vector<PetscInt>{layout.first});
-  for (const Owner& ghost : ghosts) {
-    layout.ghost_global.push_back(first[ghost.rank] + ghost.number);
+  for (const auto& [rank, number] : picked(ghosts, order)) {
+    layout.ghost_global.push_back(first[rank] + number);
   }
   return layout;
 }
@@ -374,18 +346,11 @@ Distribution::Distribution(MPI_Comm comm, MeshRows rows, int layers, Numbering n
   const auto reorder = [](CellTable& table, const std::vector<PetscInt>& items) {
     table = table.each([&items](const Records& records) { return records.of_items(items); });
   };
-  {
-    const auto points = cells.points.as<MeshRows::Point>();
-    reorder(cells, ordered_by(to_owner.arrivals(), [&points](PetscInt cell) { return points[cell].id; }));
-  }
+  reorder(cells, ordered_by(ids_of(cells.points.as<MeshRows::Point>())));
   std::vector<PetscInt> vertices = without_repeats(cells.corners.as<PetscInt>());
-  {
-    const Places place(vertices);
-    std::vector<PetscInt> corners = cells.corners.as<PetscInt>();
-    std::transform(corners.begin(), corners.end(), corners.begin(), [&place](PetscInt id) { return place.at(id); });
-    if (numbering == Numbering::by_nearness || are_scattered(corners, rows_.corners, vertices.size())) {
-      reorder(cells, order_by_nearness(corners, rows_.corners, vertices));
-    }
+  const std::vector<PetscInt> places = Places(vertices).of(cells.corners.as<PetscInt>());
+  if (numbering == Numbering::by_nearness || are_scattered(places, rows_.corners, vertices.size())) {
+    reorder(cells, order_by_nearness(places, rows_.corners, vertices));
   }
   const PetscInt owned_cells = cells.points.count();
 
@@ -393,8 +358,9 @@ Distribution::Distribution(MPI_Comm comm, MeshRows rows, int layers, Numbering n
   const std::vector<PetscInt> own_corners = cells.corners.as<PetscInt>();
   std::vector<Owner> ghost_owner;
   CellTable ghosts = cells.each([](const Records& records) { return records.of_items({}); });
-  std::set<std::pair<int, PetscInt>> sent;
-  std::vector<PetscInt> constrained = without_repeats(own_corners);
+  std::set<Owner> sent;
+  const std::vector<PetscInt> of_own_cells = without_repeats(own_corners);
+  std::vector<PetscInt> constrained = of_own_cells;
   for (int layer = 0; layer < layers; ++layer) {
     std::vector<int> destinations;
     std::vector<PetscInt> items;
@@ -408,44 +374,40 @@ Distribution::Distribution(MPI_Comm comm, MeshRows rows, int layers, Numbering n
     ghosts.append(cells.each([&](const Records& records) { return to_neighbours.send(records.of_items(items)); }));
     const std::vector<PetscInt> numbers = to_neighbours.send(items);
     for (std::size_t i = 0; i < numbers.size(); ++i) {
-      ghost_owner.push_back({to_neighbours.sources()[i], numbers[i]});
+      ghost_owner.emplace_back(to_neighbours.sources()[i], numbers[i]);
     }
     const auto corners = ghosts.corners.as<PetscInt>();
     constrained.insert(constrained.end(), corners.begin(), corners.end());
     constrained = without_repeats(std::move(constrained));
   }
-  const std::vector<PetscInt> ghost_order =
-      ordered_by(ghosts.points.count(), [&](PetscInt cell) { return ghost_owner[cell]; });
+  std::vector<PetscInt> ghost_order;
+  cell_layout_ = layout_with(comm, owned_cells, ghost_owner, ghost_order);
   reorder(ghosts, ghost_order);
-  cell_layout_ = layout_with(comm, owned_cells, picked(ghost_owner, ghost_order));
   cells.append(ghosts);
 
   // Vertices: those of own cells in the order found above, then the others, as far as this rank owns them; then ghosts.
   std::vector<char> has_own_cell(vertices.size(), 1);
-  {
-    const Places of_own_cells(vertices);
-    std::copy_if(constrained.begin(), constrained.end(), std::back_inserter(vertices),
-                 [&](PetscInt id) { return of_own_cells.find(id) < 0; });
-    has_own_cell.resize(vertices.size(), 0);
-  }
+  std::set_difference(constrained.begin(), constrained.end(), of_own_cells.begin(), of_own_cells.end(),
+                      std::back_inserter(vertices));
+  has_own_cell.resize(vertices.size(), 0);
   const std::vector<int> owner = fetch_vertices(comm, vertices, has_own_cell, rows_);
   std::vector<PetscInt> own;
   std::vector<PetscInt> others;
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     (owner[i] == rank ? own : others).push_back(static_cast<PetscInt>(i));
   }
-  const std::vector<PetscInt> numbers =
-      numbers_of_owners(comm, picked(vertices, others), picked(owner, others), picked(vertices, own));
+  const Route to_vertex_owner(comm, picked(owner, others));
+  const std::vector<PetscInt> asked = to_vertex_owner.send(picked(vertices, others));
+  const std::vector<PetscInt> numbers = to_vertex_owner.send_back(Places(picked(vertices, own)).of(asked));
   std::vector<Owner> vertex_owner;
   for (std::size_t i = 0; i < others.size(); ++i) {
-    vertex_owner.push_back({owner[others[i]], numbers[i]});
+    vertex_owner.emplace_back(owner[others[i]], numbers[i]);
   }
-  const std::vector<PetscInt> other_order =
-      ordered_by(static_cast<PetscInt>(others.size()), [&](PetscInt i) { return vertex_owner[i]; });
-  vertex_layout_ = layout_with(comm, static_cast<PetscInt>(own.size()), picked(vertex_owner, other_order));
+  vertex_layout_ = layout_with(comm, static_cast<PetscInt>(own.size()), vertex_owner, ghost_order);
   std::vector<PetscInt> order = own;
-  const std::vector<PetscInt> sorted_others = picked(others, other_order);
-  order.insert(order.end(), sorted_others.begin(), sorted_others.end());
+  for (const PetscInt ghost : ghost_order) {
+    order.push_back(others[ghost]);
+  }
   vertices = picked(vertices, order);
   rows_.vertices = picked(rows_.vertices, order);
   rows_.vertex_data = rows_.vertex_data.of_items(order);
@@ -457,9 +419,9 @@ Distribution::Distribution(MPI_Comm comm, MeshRows rows, int layers, Numbering n
   rows_.cell_corners.clear();
   rows_.part.clear();
   rows_.load.clear();
-  const Places place(vertices);
-  for (const PetscInt id : cells.corners.as<PetscInt>()) {
-    corners_.push_back(cell_layout_.local() + place.at(id));
+  corners_ = Places(vertices).of(cells.corners.as<PetscInt>());
+  for (PetscInt& corner : corners_) {
+    corner += cell_layout_.local();
   }
   opposite_ = opposite_sides(corners_, count);
 }
@@ -472,7 +434,7 @@ void Distribution::update_data() {
 Records Distribution::particle_data(const std::vector<PetscInt>& points) const {
   Records data(rows_.vertex_data.bytes(), static_cast<PetscInt>(points.size()));
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const PetscInt vertex = points[i] - cells().end;
+    const PetscInt vertex = points[i] - cells();
     std::copy_n(vertex < 0 ? rows_.lattice_data.at(points[i]) : rows_.vertex_data.at(vertex), data.bytes(),
                 data.at(static_cast<PetscInt>(i)));
   }
@@ -480,57 +442,20 @@ Records Distribution::particle_data(const std::vector<PetscInt>& points) const {
 }
 
 std::vector<int> Distribution::find_pieces(std::vector<bool>& is_closed) const {
-  const std::size_t constrained = cells().end;
-  const auto sides = static_cast<std::size_t>(rows_.corners);
-  std::vector<PetscInt> least(constrained);
-  for (std::size_t cell = 0; cell < constrained; ++cell) {
-    least[cell] = data(static_cast<PetscInt>(cell)).id;
-  }
-  // The least ids spread, the lowest first, so that a cell changes only once; then a ghost takes its owner's, until all
-  // ranks agree.
-  std::vector<std::size_t> changed(constrained);
-  std::iota(changed.begin(), changed.end(), std::size_t{0});
-  while (on_any_rank(comm_, !changed.empty())) {
-    std::sort(changed.begin(), changed.end(), [&least](std::size_t a, std::size_t b) { return least[a] < least[b]; });
-    for (const std::size_t seed : changed) {
-      std::vector<std::size_t> front{seed};
-      while (!front.empty()) {
-        const std::size_t cell = front.back();
-        front.pop_back();
-        for (std::size_t side = sides * cell; side < sides * (cell + 1); ++side) {
-          const std::size_t beyond = opposite_[side] / rows_.corners;
-          if (opposite_[side] >= 0 && least[beyond] > least[cell]) {
-            least[beyond] = least[cell];
-            front.push_back(beyond);
-          }
-        }
-      }
-    }
-    const std::vector<PetscInt> before = least;
-    update_ghosts(cell_layout_, least);
-    changed.clear();
-    for (std::size_t cell = 0; cell < constrained; ++cell) {
-      least[cell] = std::min(least[cell], before[cell]);
-      if (least[cell] < before[cell]) {
-        changed.push_back(cell);
-      }
+  const std::size_t sides = rows_.corners;
+  DisjointSets joined(rows_.cells.size());
+  for (std::size_t side = 0; side < opposite_.size(); ++side) {
+    if (opposite_[side] >= 0) {
+      joined.unite(side / sides, static_cast<std::size_t>(opposite_[side]) / sides);
     }
   }
-
-  const std::size_t owned = cell_layout_.owned;
-  std::set<PetscInt> ids(least.begin(), least.begin() + static_cast<std::ptrdiff_t>(owned));
-  const std::vector<PetscInt> all_ids = of_all_ranks(comm_, std::vector<PetscInt>(ids.begin(), ids.end()));
-  ids.insert(all_ids.begin(), all_ids.end());
-  std::map<PetscInt, int> number;
-  for (const PetscInt id : ids) {
-    number.emplace(id, static_cast<int>(number.size()));
-  }
-  std::vector<int> piece;
-  for (const PetscInt id : least) {
-    piece.push_back(number.at(id));
-  }
-  std::vector<int> open(number.size(), 0);
-  for (std::size_t side = 0; side < sides * owned; ++side) {
+  const std::vector<PetscInt> least = least_connected_ids(cell_layout_, joined, ids_of(rows_.cells));
+  const std::vector<PetscInt> own(least.begin(), least.begin() + cell_layout_.owned);
+  const std::vector<PetscInt> ids = without_repeats(of_all_ranks(comm_, without_repeats(own)));
+  const std::vector<PetscInt> numbers = Places(ids).of(least);
+  std::vector<int> piece(numbers.begin(), numbers.end());
+  std::vector<int> open(ids.size(), 0);
+  for (std::size_t side = 0; side < sides * own.size(); ++side) {
     if (opposite_[side] < 0) {
       open[piece[side / sides]] = 1;
     }
@@ -548,7 +473,7 @@ Layout Distribution::layout(const std::vector<PetscInt>& points) const {
   std::vector<PetscInt> of_cells(rows_.cells.size(), -1);
   std::vector<PetscInt> of_vertices(rows_.vertices.size(), -1);
   const auto number = [&](PetscInt point) -> PetscInt& {
-    return point < cells().end ? of_cells[point] : of_vertices[point - cells().end];
+    return point < cells() ? of_cells[point] : of_vertices[point - cells()];
   };
   for (auto point = points.begin(); point != first_ghost; ++point) {
     number(*point) = layout.first + static_cast<PetscInt>(point - points.begin());
@@ -581,17 +506,24 @@ void Distribution::fill(Surface& set, const std::vector<PetscInt>& points) const
       members[group]->push_back(static_cast<PetscInt>(i));
     }
   }
-  set.partition = quality();
+  const PetscInt own_sides = rows_.corners * cell_layout_.owned;
+  // Edges of the cut are counted from both sides.
+  const auto cut = static_cast<PetscInt>(std::count_if(opposite_.begin(), opposite_.begin() + own_sides,
+                                                       [own_sides](PetscInt side) { return side >= own_sides; }));
+  set.partition = {sum_over_ranks(comm_, cut) / 2,
+                   shares_of_ranks(comm_, static_cast<double>(cell_layout_.owned)).imbalance};
 }
 
-PartitionQuality Distribution::quality() const {
-  const PetscInt owned = cell_layout_.owned;
-  const auto count = static_cast<PetscInt>(rows_.corners);
-  PetscInt cut = 0;  // edges, which are counted from both sides
-  for (PetscInt side = 0; side < count * owned; ++side) {
-    cut += opposite_[side] >= count * owned ? 1 : 0;
+Eigen::Matrix3Xd perturbed_positions(const Surface& points, const SheetOptions& options, double mean_edge) {
+  const double amplitude = options.perturbation * mean_edge;
+  Eigen::Matrix3Xd positions = points.rest;
+  for (Eigen::Index i = 0; i < positions.cols(); ++i) {
+    for (int component = 0; component < 3; ++component) {
+      const auto id = static_cast<std::uint64_t>(points.persistent_id[i]);
+      positions(component, i) += amplitude * noise(options.seed, 3 * id + static_cast<std::uint64_t>(component));
+    }
   }
-  return {sum_over_ranks(comm_, cut) / 2, shares_of_ranks(comm_, static_cast<double>(owned)).imbalance};
+  return positions;
 }
 
 }  // namespace surface

@@ -30,12 +30,6 @@ enum class Numbering {
 /// ranks, and not on where the rows were before.
 class Distribution {
  public:
-  /// Points [begin, end).
-  struct Range {
-    PetscInt begin = 0;
-    PetscInt end = 0;
-  };
-
   /// Distributes a mesh; drops vertices without cells. Collective.
   /// @param layers of neighbours' cells, where neighbours have a vertex in common
   /// @throws Error if no row describes a corner of a cell
@@ -45,14 +39,13 @@ class Distribution {
   bool has_uv() const { return rows_.has_uv; }
   const std::vector<std::string>& fields() const { return rows_.fields; }
 
-  PetscInt points() const { return vertices().end; }
-  Range cells() const { return {0, cell_layout_.local()}; }
-  Range vertices() const { return {cell_layout_.local(), cell_layout_.local() + vertex_layout_.local()}; }
+  PetscInt points() const { return cells() + vertex_layout_.local(); }
+  PetscInt cells() const { return cell_layout_.local(); }
   bool is_owned(PetscInt point) const {
-    return point < cells().end ? point < cell_layout_.owned : point - cells().end < vertex_layout_.owned;
+    return point < cells() ? point < cell_layout_.owned : point - cells() < vertex_layout_.owned;
   }
   const MeshRows::Point& data(PetscInt point) const {
-    return point < cells().end ? rows_.cells[point] : rows_.vertices[point - cells().end];
+    return point < cells() ? rows_.cells[point] : rows_.vertices[point - cells()];
   }
   MeshRows::Point& data(PetscInt point) { return const_cast<MeshRows::Point&>(std::as_const(*this).data(point)); }
   /// Gives the owners' data of all points to the ranks that have them as ghosts. Collective.
@@ -93,8 +86,6 @@ class Distribution {
   void fill(Surface& set, const std::vector<PetscInt>& points) const;
 
  private:
-  PartitionQuality quality() const;
-
   MPI_Comm comm_;
   MeshRows rows_;  ///< the cells and vertices constrained; without cell_corners and part
   Layout cell_layout_;
@@ -102,6 +93,10 @@ class Distribution {
   std::vector<PetscInt> corners_;   ///< vertices of the cells, as points, the same number for each
   std::vector<PetscInt> opposite_;  ///< of each side
 };
+
+/// Rest positions plus the initial noise of the options: each component is uniform in +- perturbation times
+/// `mean_edge`, and depends only on seed and persistent id. @returns (3 x local) [m]. Not collective.
+Eigen::Matrix3Xd perturbed_positions(const Surface& points, const SheetOptions& options, double mean_edge);
 
 }  // namespace surface
 }  // namespace pellicle

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstddef>
+#include <numeric>
 #include <vector>
 
 namespace pellicle {
@@ -32,9 +33,7 @@ struct Incidence {
         ++offsets[static_cast<std::size_t>(corner) + 1];
       }
     }
-    for (std::size_t i = 1; i < offsets.size(); ++i) {
-      offsets[i] += offsets[i - 1];
-    }
+    std::partial_sum(offsets.begin(), offsets.end(), offsets.begin());
     std::vector<PetscInt> next(offsets.begin(), offsets.end() - 1);
     for (std::size_t item = 0; item < corners.size(); ++item) {
       for (const PetscInt corner : corners[item]) {

@@ -1,5 +1,6 @@
 #include "surface/membrane.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <map>
 #include <utility>
@@ -7,7 +8,7 @@
 #include "parallel/collective.h"
 #include "parallel/field.h"
 #include "surface/distribution.h"
-#include "surface/perturbation.h"
+#include "surface/membrane_geometry.h"
 
 namespace pellicle {
 inline namespace surface {
@@ -21,35 +22,29 @@ LoadedMembrane make_membrane(MPI_Comm comm, MeshRows rows, const SheetOptions& o
   Membrane membrane;
   const std::vector<int> piece = distribution.find_pieces(membrane.piece_is_closed);
 
+  const auto is_owned = [&distribution](PetscInt point) { return distribution.is_owned(point); };
+
   // Elements: owned ones, then those of other ranks with an owned vertex.
-  const Distribution::Range cells = distribution.cells();
   std::vector<PetscInt> elements;
   std::vector<bool> is_used(distribution.points(), false);
-  for (const bool owned : {true, false}) {
-    for (PetscInt cell = cells.begin; cell < cells.end; ++cell) {
-      const std::array<PetscInt, 3> corners = distribution.corners<3>(cell);
-      const bool touches = std::any_of(corners.begin(), corners.end(),
-                                       [&distribution](PetscInt corner) { return distribution.is_owned(corner); });
-      if (distribution.is_owned(cell) == owned && (owned || touches)) {
-        elements.push_back(cell);
-        for (const PetscInt corner : corners) {
-          is_used[corner] = true;
-        }
+  for (PetscInt cell = 0; cell < distribution.cells(); ++cell) {
+    const std::array<PetscInt, 3> corners = distribution.corners<3>(cell);
+    if (is_owned(cell) || std::any_of(corners.begin(), corners.end(), is_owned)) {
+      elements.push_back(cell);
+      for (const PetscInt corner : corners) {
+        is_used[corner] = true;
       }
     }
   }
   membrane.elements = distribution.layout(elements);
 
   // Particles: the vertices that elements use, owned ones first. Every owned vertex is in an owned cell or beside one.
-  const Distribution::Range vertices = distribution.vertices();
   std::vector<PetscInt> particles;
   std::vector<PetscInt> particle_of_point(distribution.points(), -1);
-  for (const bool owned : {true, false}) {
-    for (PetscInt vertex = vertices.begin; vertex < vertices.end; ++vertex) {
-      if (distribution.is_owned(vertex) == owned && is_used[vertex]) {
-        particle_of_point[vertex] = static_cast<PetscInt>(particles.size());
-        particles.push_back(vertex);
-      }
+  for (PetscInt vertex = distribution.cells(); vertex < distribution.points(); ++vertex) {
+    if (is_used[vertex]) {
+      particle_of_point[vertex] = static_cast<PetscInt>(particles.size());
+      particles.push_back(vertex);
     }
   }
   distribution.fill(membrane, particles);
@@ -118,6 +113,20 @@ void set_burnable(Membrane& membrane, std::vector<double> element_mass) {
   // Local elements are all that an owned vertex belongs to; a ghost misses some.
   mass.update_ghosts();
   membrane.initial_mass.assign(mass.data(), mass.data() + membrane.particles.local());
+}
+
+std::vector<double> vertex_areas(const Membrane& membrane) {
+  Field areas(membrane.particles, 1);
+  for (const std::array<PetscInt, 3>& triangle : membrane.triangles) {
+    const auto [e12, e13] = edges_of(membrane.rest.data(), triangle);
+    const double area = e12.cross(e13).norm() / 2;
+    for (const PetscInt corner : triangle) {
+      areas.values()(0, corner) += area / 3;
+    }
+  }
+  // Local elements are all that an owned vertex belongs to; a ghost misses some.
+  areas.update_ghosts();
+  return {areas.data(), areas.data() + membrane.particles.local()};
 }
 
 MeshRows rows_of(const Membrane& membrane, const Records& particles, const Records& elements) {

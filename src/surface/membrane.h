@@ -42,12 +42,15 @@ LoadedMembrane make_membrane(MPI_Comm comm, MeshRows rows, const SheetOptions& o
 /// @param element_mass of the local elements [kg]
 void set_burnable(Membrane& membrane, std::vector<double> element_mass);
 
+/// Undeformed area round each local vertex: a third of the triangles at it [m^2]. Collective.
+std::vector<double> vertex_areas(const Membrane& membrane);
+
 /// The membrane as rows: elements and vertices on the ranks that own them. Collective.
 /// @param particles data of the owned particles
 /// @param elements data of the owned elements
 MeshRows rows_of(const Membrane& membrane, const Records& particles, const Records& elements);
 
-/// Rest positions plus the initial noise, whose unit is the mean side of the triangles (surface/perturbation.h).
+/// Rest positions plus the initial noise, whose unit is the mean side of the triangles (surface/distribution.h).
 /// Collective.
 /// @returns (3 x local) [m]
 Eigen::Matrix3Xd perturbed_positions(const Membrane& membrane, const SheetOptions& options);

@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <vector>
 
 #include "surface/membrane.h"
 
@@ -21,9 +20,6 @@ inline Edges edges_of(const double* positions, const std::array<PetscInt, 3>& tr
   const Position x1(positions + 3 * triangle[0]);
   return {Position(positions + 3 * triangle[1]) - x1, Position(positions + 3 * triangle[2]) - x1};
 }
-
-/// Undeformed area round each local vertex: a third of the triangles at it [m^2]. Collective.
-std::vector<double> vertex_areas(const Membrane& membrane);
 
 }  // namespace surface
 }  // namespace pellicle

@@ -4,6 +4,7 @@
 #include <map>
 #include <utility>
 
+#include "base/error.h"
 #include "parallel/collective.h"
 
 namespace pellicle {
@@ -12,15 +13,12 @@ inline namespace surface {
 namespace {
 
 /// Rank 0's names on every rank. Collective.
-std::vector<std::string> broadcast(MPI_Comm comm, const std::vector<std::string>& names) {
+std::vector<std::string> names_of_root(MPI_Comm comm, const std::vector<std::string>& names) {
   std::string text;
   for (const std::string& name : names) {
     text += name + '\0';
   }
-  auto length = static_cast<int>(text.size());
-  MPI_Bcast(&length, 1, MPI_INT, 0, comm);
-  text.resize(length);
-  MPI_Bcast(text.data(), length, MPI_CHAR, 0, comm);
+  broadcast(comm, text);
   std::vector<std::string> received;
   for (std::size_t begin = 0; begin < text.size(); begin = text.find('\0', begin) + 1) {
     received.emplace_back(text.c_str() + begin);
@@ -31,9 +29,13 @@ std::vector<std::string> broadcast(MPI_Comm comm, const std::vector<std::string>
 /// The rows of this rank's mesh, without the groups.
 MeshRows own_rows_of(const SurfaceMesh& mesh) {
   MeshRows rows;
-  rows.vertices.resize(mesh.points.size());
+  rows.corners = static_cast<int>(mesh.faces.front().size());
+  rows.has_uv = !mesh.uv.empty();
+  for (const auto& field : mesh.face_fields) {
+    rows.fields.push_back(field.first);
+  }
   for (std::size_t vertex = 0; vertex < mesh.points.size(); ++vertex) {
-    MeshRows::Point& point = rows.vertices[vertex];
+    MeshRows::Point& point = rows.vertices.emplace_back();
     Eigen::Map<Eigen::Vector3d>(point.position.data()) = mesh.points[vertex];
     point.id = mesh.id_of_point(static_cast<int>(vertex));
   }
@@ -46,7 +48,7 @@ MeshRows own_rows_of(const SurfaceMesh& mesh) {
     for (std::size_t k = 0; k < face.size(); ++k) {
       const std::size_t vertex = face[k];
       rows.cell_corners.push_back(rows.vertices[vertex].id);
-      if (!mesh.uv.empty()) {
+      if (rows.has_uv) {
         const Eigen::Vector2d& uv = mesh.uv[cell][k];
         Eigen::Map<Eigen::Vector2d>(centre.uv.data()) += uv / corners;
         if (!has_uv[vertex]) {
@@ -68,14 +70,11 @@ MeshRows rows_of(MPI_Comm comm, const SurfaceMesh& mesh) {
   int rank = 0;
   MPI_Comm_rank(comm, &rank);
   MeshRows rows;
-  std::array<int, 2> shape{};      // corners of a cell, texture or not
   std::vector<std::string> names;  // of the groups
-  std::vector<std::string> fields;
   Groups vertices;
   Groups cells;
   if (rank == 0) {
     rows = own_rows_of(mesh);
-    shape = {static_cast<int>(mesh.faces.front().size()), mesh.uv.empty() ? 0 : 1};
     for (const auto& [name, members] : mesh.groups) {
       names.push_back(name);
       vertices[name].assign(members.begin(), members.end());
@@ -83,15 +82,13 @@ MeshRows rows_of(MPI_Comm comm, const SurfaceMesh& mesh) {
     for (const auto& [name, members] : mesh.face_groups) {
       cells[name].assign(members.begin(), members.end());
     }
-    for (const auto& field : mesh.face_fields) {
-      fields.push_back(field.first);
-    }
   }
+  std::array<int, 2> shape{rows.corners, rows.has_uv ? 1 : 0};
   MPI_Bcast(shape.data(), 2, MPI_INT, 0, comm);
   rows.corners = shape[0];
   rows.has_uv = shape[1] != 0;
-  rows.fields = broadcast(comm, fields);
-  for (const std::string& name : broadcast(comm, names)) {
+  rows.fields = names_of_root(comm, rows.fields);
+  for (const std::string& name : names_of_root(comm, names)) {
     vertices[name];
   }
   set_groups(comm, rows, vertices, cells);
@@ -120,13 +117,12 @@ void set_groups(MPI_Comm comm, MeshRows& rows, const Groups& vertices, const Gro
     }
     return sets;
   };
-  const Sets of_vertices = sets_of(rows.vertices, vertices);
-  const Sets of_cells = sets_of(rows.cells, cells);
+  const std::array<Sets, 2> own{sets_of(rows.vertices, vertices), sets_of(rows.cells, cells)};
   // Each row is sent with one number for all its groups.
   std::map<std::vector<int>, PetscInt> number_of_set{{{}, 0}};
   std::vector<int> sent;  // of each set its size, then its groups
-  for (const Sets* sets : {&of_vertices, &of_cells}) {
-    for (const std::vector<int>& set : *sets) {
+  for (const Sets& sets : own) {
+    for (const std::vector<int>& set : sets) {
       if (number_of_set.emplace(set, 0).second) {
         sent.push_back(static_cast<int>(set.size()));
         sent.insert(sent.end(), set.begin(), set.end());
@@ -147,8 +143,8 @@ void set_groups(MPI_Comm comm, MeshRows& rows, const Groups& vertices, const Gro
       points[row].group_set = number_of_set.at(sets[row]);
     }
   };
-  number_rows(rows.vertices, of_vertices);
-  number_rows(rows.cells, of_cells);
+  number_rows(rows.vertices, own[0]);
+  number_rows(rows.cells, own[1]);
 }
 
 MeshRows::Point row_of(const Surface& points, PetscInt particle) {

@@ -7,10 +7,9 @@ namespace pellicle {
 inline namespace surface {
 
 std::vector<PetscInt> opposite_sides(const std::vector<PetscInt>& corners, std::size_t count) {
-  const auto other_end = [&](std::size_t side) {
-    return corners[side % count + 1 < count ? side + 1 : side + 1 - count];
+  const auto ends = [&](std::size_t side) {
+    return std::minmax({corners[side], corners[side % count + 1 < count ? side + 1 : side + 1 - count]});
   };
-  const auto ends = [&](std::size_t side) { return std::minmax({corners[side], other_end(side)}); };
   // The sides by their lesser corner, where few meet.
   const PetscInt bound = corners.empty() ? 0 : *std::max_element(corners.begin(), corners.end()) + 1;
   std::vector<std::size_t> first(static_cast<std::size_t>(bound) + 1, 0);

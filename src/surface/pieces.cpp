@@ -11,51 +11,53 @@
 namespace pellicle {
 inline namespace surface {
 
+std::vector<PetscInt> least_connected_ids(const Layout& items, DisjointSets& connected,
+                                          const std::vector<PetscInt>& ids) {
+  // Sets get the least id of their members, members that of their set, ghosts that of their owner, until all agree.
+  std::vector<PetscInt> least(ids.size(), std::numeric_limits<PetscInt>::max());  // of the set that an item represents
+  const auto of_set = [&](PetscInt item) -> PetscInt& { return least[connected.find(static_cast<std::size_t>(item))]; };
+  for (PetscInt i = 0; i < items.local(); ++i) {
+    of_set(i) = std::min(of_set(i), ids[i]);
+  }
+  std::vector<PetscInt> result(ids.size());
+  for (bool changed = true; changed;) {
+    for (PetscInt i = 0; i < items.owned; ++i) {
+      result[i] = of_set(i);
+    }
+    update_ghosts(items, result);
+    changed = false;
+    for (PetscInt i = items.owned; i < items.local(); ++i) {
+      changed = changed || result[i] < of_set(i);
+      of_set(i) = std::min(of_set(i), result[i]);
+    }
+    changed = on_any_rank(items.comm, changed);
+  }
+  return result;
+}
+
 namespace {
 
 /// For each local particle the least persistent id among the particles that active springs connect with it, or -1.
 /// Collective.
 std::vector<PetscInt> connected_parts(const Surface& surface, const ActiveSet& active) {
+  constexpr PetscInt none = std::numeric_limits<PetscInt>::max();
   DisjointSets sets(surface.particles.local());
+  std::vector<PetscInt> ids(surface.particles.local(), none);  // of particles with active springs
   for (const Colour colour : all_colours) {
     const std::vector<std::array<PetscInt, 2>>& ends = surface.of(colour).ends;
     const std::vector<bool>& lives = active.springs[static_cast<std::size_t>(colour)];
     for (std::size_t s = 0; s < ends.size(); ++s) {
       if (lives[s]) {
         sets.unite(static_cast<std::size_t>(ends[s][0]), static_cast<std::size_t>(ends[s][1]));
+        for (const PetscInt end : ends[s]) {
+          ids[end] = surface.persistent_id[end];
+        }
       }
     }
   }
-
-  // Sets get the least id of their members, members that of their set, ghosts that of their owner, until all agree.
-  const std::vector<bool> has_springs = particles_with_springs(surface, active);
-  const PetscInt owned = surface.particles.owned;
-  const PetscInt local = surface.particles.local();
-  std::vector<PetscInt> least(has_springs.size(), std::numeric_limits<PetscInt>::max());
-  std::vector<std::size_t> set_of(has_springs.size());
-  for (PetscInt i = 0; i < local; ++i) {
-    const std::size_t k = i;
-    set_of[k] = sets.find(k);
-    least[set_of[k]] = std::min(least[set_of[k]], surface.persistent_id[k]);
-  }
-  std::vector<PetscInt> part(has_springs.size());
-  for (bool changed = true; changed;) {
-    for (PetscInt i = 0; i < owned; ++i) {
-      part[i] = has_springs[i] ? least[set_of[i]] : -1;
-    }
-    update_ghosts(surface.particles, part);
-    changed = false;
-    for (PetscInt i = owned; i < local; ++i) {
-      PetscInt& of_set = least[set_of[i]];
-      const PetscInt of_ghost = part[i];
-      if (of_ghost >= 0 && of_ghost < of_set) {
-        changed = true;
-        of_set = of_ghost;
-      }
-    }
-    changed = on_any_rank(surface.comm(), changed);
-  }
-  return part;
+  std::vector<PetscInt> parts = least_connected_ids(surface.particles, sets, ids);
+  std::replace(parts.begin(), parts.end(), none, PetscInt{-1});
+  return parts;
 }
 
 /// Number of particles of each part of each piece; parts are identified by their least persistent id.
@@ -63,20 +65,19 @@ using PartSizes = std::map<PetscInt, std::map<PetscInt, PetscInt>>;
 
 /// The sizes of the parts over all ranks. Collective.
 PartSizes part_sizes(const Surface& surface, const std::vector<PetscInt>& parts, const std::vector<PetscInt>& pieces) {
-  std::unordered_map<PetscInt, std::array<PetscInt, 3>> own;  // by part: piece, part, particles
+  std::map<std::array<PetscInt, 2>, PetscInt> own;  // particles by piece and part
   for (PetscInt i = 0; i < surface.particles.owned; ++i) {
     if (parts[i] >= 0) {
-      ++own.insert({parts[i], {pieces[i], parts[i], 0}}).first->second[2];
+      ++own[{pieces[i], parts[i]}];
     }
   }
-  std::vector<PetscInt> sent;
-  for (const auto& entry : own) {
-    sent.insert(sent.end(), entry.second.begin(), entry.second.end());
+  std::vector<std::array<PetscInt, 3>> sent;
+  for (const auto& [of, particles] : own) {
+    sent.push_back({of[0], of[1], particles});
   }
-  const std::vector<PetscInt> received = of_all_ranks(surface.comm(), sent);
   PartSizes sizes;
-  for (std::size_t k = 0; k < received.size(); k += 3) {
-    sizes[received[k]][received[k + 1]] += received[k + 2];
+  for (const auto& [piece, part, particles] : of_all_ranks(surface.comm(), sent)) {
+    sizes[piece][part] += particles;
   }
   return sizes;
 }

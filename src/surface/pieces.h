@@ -2,12 +2,19 @@
 
 #include <vector>
 
+#include "base/disjoint_sets.h"
 #include "parallel/field.h"
 #include "surface/active_set.h"
 #include "surface/surface.h"
 
 namespace pellicle {
 inline namespace surface {
+
+/// The least id of all items that are connected with each local item, over all ranks. Collective.
+/// @param connected sets of local items, among them all that are directly connected with an owned one
+/// @param ids of the local items
+std::vector<PetscInt> least_connected_ids(const Layout& items, DisjointSets& connected,
+                                          const std::vector<PetscInt>& ids);
 
 /// The pieces of a surface: its parts that active springs (edges of a membrane) connect.
 struct Pieces {

@@ -9,9 +9,8 @@
 #include "base/error.h"
 #include "geometry/quad_area.h"
 #include "parallel/collective.h"
+#include "parallel/exchange.h"
 #include "surface/distribution.h"
-#include "surface/perturbation.h"
-#include "surface/shell_assembly.h"
 
 namespace pellicle {
 inline namespace surface {
@@ -20,18 +19,14 @@ namespace {
 
 /// Gives the cells of a mesh the ids of their lattice points. Collective.
 SheetIds number_lattice(Distribution& mesh) {
-  const Distribution::Range cells = mesh.cells();
-  const Distribution::Range vertices = mesh.vertices();
   std::array<PetscInt, 2> last{-1, -1};  // ids of vertices and cells
-  for (PetscInt vertex = vertices.begin; vertex < vertices.end; ++vertex) {
-    last[0] = std::max(last[0], mesh.data(vertex).id);
-  }
-  for (PetscInt cell = cells.begin; cell < cells.end; ++cell) {
-    last[1] = std::max(last[1], mesh.data(cell).id);
+  for (PetscInt point = 0; point < mesh.points(); ++point) {
+    PetscInt& of_kind = last[point < mesh.cells() ? 1 : 0];
+    of_kind = std::max(of_kind, mesh.data(point).id);
   }
   last = max_over_ranks(mesh.comm(), last);
   const PetscInt first_lattice_id = last[0] + 1;
-  for (PetscInt cell = cells.begin; cell < cells.end; ++cell) {
+  for (PetscInt cell = 0; cell < mesh.cells(); ++cell) {
     mesh.data(cell).id += first_lattice_id;
   }
   return {first_lattice_id, first_lattice_id + last[1] + 1};
@@ -39,7 +34,7 @@ SheetIds number_lattice(Distribution& mesh) {
 
 /// Computes places and masses of the lattice points of the local cells from the corners' places. Not collective.
 void place_lattice(Distribution& mesh, const SheetOptions& options) {
-  for (PetscInt cell = mesh.cells().begin; cell < mesh.cells().end; ++cell) {
+  for (PetscInt cell = 0; cell < mesh.cells(); ++cell) {
     const std::array<PetscInt, 4> corners = mesh.corners<4>(cell);
     const auto position = [&](std::size_t k) {
       return Eigen::Map<const Eigen::Vector3d>(mesh.data(corners[k]).position.data());
@@ -61,7 +56,7 @@ void place_lattice(Distribution& mesh, const SheetOptions& options) {
 void add_corner_masses(Distribution& mesh) {
   // In the order of the ids, so that rounding does not depend on the ranks: all cells at an owned vertex are
   // constrained.
-  std::vector<PetscInt> by_id(mesh.cells().end);
+  std::vector<PetscInt> by_id(mesh.cells());
   std::iota(by_id.begin(), by_id.end(), 0);
   std::sort(by_id.begin(), by_id.end(), [&mesh](PetscInt a, PetscInt b) { return mesh.data(a).id < mesh.data(b).id; });
   for (const PetscInt cell : by_id) {
@@ -72,18 +67,143 @@ void add_corner_masses(Distribution& mesh) {
   mesh.update_data();
 }
 
-/// Makes a shell. @param rows those of a sheet
-LoadedSheet assembled(const Distribution& rows, const SheetIds& ids, const SheetOptions& options) {
-  AssembledShell shell = assemble_shell(rows);
-  shell.sheet.layers = options.layers;
-  shell.sheet.first_lattice_id = ids.first_lattice_id;
-  shell.sheet.id_end = ids.id_end;
-  std::vector<PetscInt> cells;
-  for (const PetscInt lattice : shell.sheet.lattice) {
-    cells.push_back(shell.points[lattice]);
-    shell.sheet.element_id.push_back(shell.sheet.persistent_id[lattice] - ids.first_lattice_id);
+/// A spring found at a cell, before owned springs are sorted to the front. A spring at a side of two cells is found at
+/// the cell of the lesser id.
+struct FoundSpring {
+  PetscInt cell;
+  PetscInt index;  ///< among the springs of this colour at the cell, 0 to 3
+  std::array<PetscInt, 2> ends;
+  std::array<PetscInt, 4> triangles;  ///< SpringSet::triangles
+};
+
+/// Orders springs owned first, numbers them, and drops those that neither end at a particle of this rank, nor share one
+/// with an owned spring, nor lie in an owned cell. Collective.
+SpringSet make_spring_set(const std::vector<FoundSpring>& found, const Distribution& rows, const Sheet& sheet) {
+  SpringSet set;
+  constexpr std::size_t springs_of_a_cell = 4;  // at most, of a colour
+  std::vector<std::array<PetscInt, springs_of_a_cell>> number(rows.cells(), {-1, -1, -1, -1});
+  std::vector<bool> needed(sheet.particles.local(), false);
+  std::fill_n(needed.begin(), sheet.particles.owned, true);
+  const auto number_of = [&number](const FoundSpring& spring) -> PetscInt& {
+    return number[spring.cell][spring.index];
+  };
+  const auto add = [&](const FoundSpring& spring) {
+    set.ends.push_back(spring.ends);
+    set.triangles.push_back(spring.triangles);
+    set.initial_length.push_back((sheet.rest.col(spring.ends[0]) - sheet.rest.col(spring.ends[1])).norm());
+  };
+  set.ends.reserve(found.size());
+  set.triangles.reserve(found.size());
+  set.initial_length.reserve(found.size());
+  for (const FoundSpring& spring : found) {
+    if (rows.is_owned(spring.cell)) {
+      number_of(spring) = static_cast<PetscInt>(set.ends.size());
+      add(spring);
+      needed[spring.ends[0]] = true;
+      needed[spring.ends[1]] = true;
+    }
   }
-  return {std::move(shell.sheet), rows.particle_data(shell.points), rows.cell_data(cells)};
+  set.layout = number_owned(sheet.comm(), static_cast<PetscInt>(set.ends.size()));
+  for (auto& of_cell : number) {
+    for (PetscInt& n : of_cell) {
+      n += n >= 0 ? set.layout.first : 0;
+    }
+  }
+  update_ghosts(rows.cell_layout(), number);
+  for (const FoundSpring& spring : found) {
+    const bool is_needed = needed[spring.ends[0]] || needed[spring.ends[1]] ||
+                           std::any_of(spring.triangles.begin(), spring.triangles.end(), [&sheet](PetscInt triangle) {
+                             return triangle >= 0 && triangle < 4 * sheet.elements.owned;
+                           });
+    if (!rows.is_owned(spring.cell) && is_needed) {
+      set.layout.ghost_global.push_back(number_of(spring));
+      add(spring);
+    }
+  }
+  return set;
+}
+
+/// Makes particles, cells and springs. Collective. @param rows those of a sheet, with `shell_layers`
+LoadedSheet assembled(const Distribution& rows, const SheetIds& ids, const SheetOptions& options) {
+  Sheet sheet;
+  sheet.layers = options.layers;
+  sheet.first_lattice_id = ids.first_lattice_id;
+  sheet.id_end = ids.id_end;
+
+  // Particles: owned corners, owned lattice points, ghost corners, ghost lattice points.
+  std::vector<PetscInt> points;  // cell or vertex of each local particle
+  std::vector<PetscInt> particle_of_point(rows.points(), -1);
+  for (const bool owned : {true, false}) {
+    for (const bool is_lattice : {false, true}) {
+      const PetscInt end = is_lattice ? rows.cells() : rows.points();
+      for (PetscInt point = is_lattice ? 0 : rows.cells(); point < end; ++point) {
+        if (rows.is_owned(point) == owned) {
+          particle_of_point[point] = static_cast<PetscInt>(points.size());
+          points.push_back(point);
+          sheet.is_lattice.push_back(is_lattice);
+          sheet.initial_mass.push_back(rows.data(point).mass);
+          sheet.owned_corners += owned && !is_lattice ? 1 : 0;
+        }
+      }
+    }
+  }
+  rows.fill(sheet, points);
+
+  // Cells, in the order of the distribution, and the springs of each colour.
+  sheet.elements = rows.cell_layout();
+  sheet.triangles_per_element = 4;
+  sheet.piece = rows.find_pieces(sheet.piece_is_closed);
+  sheet.cell_count.assign(sheet.particles.owned, 0);
+  sheet.triangles.reserve(4 * sheet.piece.size());
+  std::array<std::vector<FoundSpring>, 4> found;
+  auto& [red, green, blue, yellow] = found;
+  red.reserve(4 * sheet.piece.size());
+  green.reserve(2 * sheet.piece.size());
+  blue.reserve(4 * sheet.piece.size());
+  yellow.reserve(2 * sheet.piece.size());
+  std::vector<PetscInt> cells(rows.cells());
+  std::iota(cells.begin(), cells.end(), 0);
+  for (const PetscInt cell : cells) {
+    const PetscInt lattice = particle_of_point[cell];
+    const std::array<PetscInt, 4> triangles{4 * cell, 4 * cell + 1, 4 * cell + 2, 4 * cell + 3};
+    std::array<PetscInt, 4> corners = rows.corners<4>(cell);
+    for (PetscInt& corner : corners) {
+      corner = particle_of_point[corner];
+      if (corner < sheet.owned_corners) {
+        ++sheet.cell_count[corner];
+      }
+    }
+    for (PetscInt k = 0; k < 4; ++k) {
+      const PetscInt next = corners[(k + 1) % 4];
+      sheet.triangles.push_back({corners[k], next, lattice});
+      red.push_back({cell, k, {corners[k], lattice}, {triangles[k], triangles[(k + 3) % 4], -1, -1}});
+      const PetscInt opposite = rows.opposite()[triangles[k]];
+      const PetscInt beyond = opposite / 4;
+      if (opposite < 0) {
+        blue.push_back({cell, k, {corners[k], next}, {triangles[k], -1, -1, -1}});
+      } else if (rows.data(beyond).id >= rows.data(cell).id) {
+        blue.push_back({cell, k, {corners[k], next}, {triangles[k], opposite, -1, -1}});
+        green.push_back({cell, k, {lattice, particle_of_point[beyond]}, {triangles[k], opposite, -1, -1}});
+      }
+    }
+    yellow.push_back({cell, 0, {corners[0], corners[2]}, triangles});
+    yellow.push_back({cell, 1, {corners[1], corners[3]}, triangles});
+    sheet.cells.push_back(corners);
+    sheet.lattice.push_back(lattice);
+    sheet.element_id.push_back(rows.data(cell).id - ids.first_lattice_id);
+    sheet.element_mass.push_back(2 * sheet.initial_mass[lattice]);
+  }
+  sheet.global_corners = sum_over_ranks(rows.comm(), sheet.owned_corners);
+  for (const Colour colour : all_colours) {
+    sheet.of(colour) = make_spring_set(found[static_cast<std::size_t>(colour)], rows, sheet);
+  }
+  return {std::move(sheet), rows.particle_data(points), rows.cell_data(cells)};
+}
+
+/// Sum of the undeformed lengths of the springs of a colour over all ranks [m]. Collective.
+double sum_of_lengths(const SpringSet& springs) {
+  const auto begin = springs.initial_length.begin();
+  return sum_over_ranks(springs.layout.comm, std::accumulate(begin, begin + springs.owned(), 0.0));
 }
 
 /// Refuses springs whose undeformed length is rounding, since strains are relative to it. Two cells have such a spring
@@ -94,15 +214,12 @@ void require_lengths(const Sheet& sheet) {
   std::array<PetscInt, 2> first{none, none};  // ids of the ends of the lowest such spring
   for (const Colour colour : all_colours) {
     const SpringSet& springs = sheet.of(colour);
-    const auto end = springs.initial_length.begin() + springs.owned();
-    const double sum = sum_over_ranks(sheet.comm(), std::accumulate(springs.initial_length.begin(), end, 0.0));
+    const double sum = sum_of_lengths(springs);
     for (PetscInt s = 0; s < springs.owned() && sheet.acts(colour); ++s) {
       if (springs.initial_length[s] * static_cast<double>(springs.layout.global) <= least * sum) {
-        std::array<PetscInt, 2> ids{};
-        std::transform(springs.ends[s].begin(), springs.ends[s].end(), ids.begin(),
-                       [&sheet](PetscInt i) { return sheet.persistent_id[i]; });
-        std::sort(ids.begin(), ids.end());
-        first = std::min(first, ids);
+        const auto [a, b] = springs.ends[s];
+        const auto [lesser, greater] = std::minmax(sheet.persistent_id[a], sheet.persistent_id[b]);
+        first = std::min(first, {lesser, greater});
       }
     }
   }
@@ -157,7 +274,7 @@ MeshRows rows_of(const Sheet& sheet, const std::vector<bool>& kept, const Record
   std::vector<PetscInt> kept_cells;
   std::vector<PetscInt> lattice;
   for (PetscInt cell = 0; cell < sheet.elements.owned; ++cell) {
-    if (kept[cell]) {
+    if (kept.empty() || kept[cell]) {
       kept_cells.push_back(cell);
       lattice.push_back(sheet.lattice[cell]);
       rows.cells.push_back(row_of(sheet, lattice.back()));
@@ -175,7 +292,7 @@ MeshRows rows_of(const Sheet& sheet, const std::vector<bool>& kept, const Record
 }
 
 MeshRows rows_of_mesh(const Sheet& sheet) {
-  MeshRows rows = rows_of(sheet, std::vector<bool>(sheet.elements.owned, true), {}, {});
+  MeshRows rows = rows_of(sheet, {}, {}, {});
   for (MeshRows::Point& cell : rows.cells) {
     cell.id -= sheet.first_lattice_id;
   }
@@ -187,9 +304,7 @@ MeshRows rows_of_mesh(const Sheet& sheet) {
 
 Eigen::Matrix3Xd perturbed_positions(const Sheet& sheet, const SheetOptions& options) {
   const SpringSet& blue = sheet.of(Colour::blue);
-  const auto end = blue.initial_length.begin() + blue.owned();
-  const double sum = sum_over_ranks(sheet.comm(), std::accumulate(blue.initial_length.begin(), end, 0.0));
-  return perturbed_positions(sheet, options, sum / static_cast<double>(blue.layout.global));
+  return perturbed_positions(sheet, options, sum_of_lengths(blue) / static_cast<double>(blue.layout.global));
 }
 
 }  // namespace surface

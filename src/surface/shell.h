@@ -8,6 +8,9 @@
 namespace pellicle {
 inline namespace surface {
 
+/// Layers of neighbours' cells on a rank: a green spring's neighbours end one cell beyond the next cell.
+inline constexpr int shell_layers = 2;
+
 /// Distributes a quad mesh over the ranks of `comm` and builds its body-centred-square shell (burning paper, section
 /// 3.2).
 ///
@@ -39,7 +42,7 @@ struct SheetIds {
 LoadedSheet make_sheet(MPI_Comm comm, MeshRows rows, const SheetIds& ids, const SheetOptions& options);
 
 /// The sheet as rows: cells and vertices on the ranks that own them, corners without a kept cell included. Collective.
-/// @param kept whether each owned cell is included
+/// @param kept whether each owned cell is included; empty: all
 /// @param particles data of the owned particles
 /// @param cells data of the owned cells
 MeshRows rows_of(const Sheet& sheet, const std::vector<bool>& kept, const Records& particles, const Records& cells);
@@ -47,7 +50,7 @@ MeshRows rows_of(const Sheet& sheet, const std::vector<bool>& kept, const Record
 /// The mesh from which a sheet was made, as rows. Collective.
 MeshRows rows_of_mesh(const Sheet& sheet);
 
-/// Rest positions plus the initial noise, whose unit is the mean cell edge (surface/perturbation.h). Collective.
+/// Rest positions plus the initial noise, whose unit is the mean cell edge (surface/distribution.h). Collective.
 /// @returns (3 x local) [m]
 Eigen::Matrix3Xd perturbed_positions(const Sheet& sheet, const SheetOptions& options);
 

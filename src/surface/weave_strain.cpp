@@ -14,15 +14,14 @@ inline namespace surface {
 
 WeaveStrain weave_strain(const Sheet& sheet, const Field& x, const std::array<std::vector<double>, 4>& target_length,
                          const ActiveSet& active, const std::array<std::vector<bool>, 4>& bears) {
-  constexpr PetscInt none = std::numeric_limits<PetscInt>::max();
-  using Place = Eigen::Map<const Eigen::Vector3d>;
   using Key = std::array<PetscInt, 3>;  // ids of the ends, colour
+  constexpr PetscInt last_id = std::numeric_limits<PetscInt>::max();
+  constexpr Key none{last_id, last_id, last_id};
   WeaveStrain strain;
-  Key key{none, none, none};
+  Key key = none;
   // Sums over the owned springs, then over all: squares and numbers of each colour, sum and number of springs under
   // load.
   std::array<double, 10> sums{};
-  const double* places = x.data();
   for (const Colour colour : all_colours) {
     if (!sheet.acts(colour)) {
       continue;
@@ -32,21 +31,17 @@ WeaveStrain weave_strain(const Sheet& sheet, const Field& x, const std::array<st
     const std::vector<bool>& lives = active.springs[index];
     double squares = 0;
     double sum = 0;
-    PetscInt count = 0;
-    PetscInt bearing = 0;
     for (PetscInt s = 0; s < springs.owned(); ++s) {
       if (!lives[s]) {
         continue;
       }
       const auto [a, b] = springs.ends[s];
-      const Place place_a(places + 3 * a);
-      const Place place_b(places + 3 * b);
-      const double value = std::abs((place_a - place_b).norm() / target_length[index][s] - 1);
+      const double value = std::abs((x.vector(a) - x.vector(b)).norm() / target_length[index][s] - 1);
       squares += value * value;
-      ++count;
+      ++sums[4 + index];
       if (bears[index][s]) {
         sum += value;
-        ++bearing;
+        ++sums[9];
       }
       strain.largest_of[index] = std::max(strain.largest_of[index], value);
       if (is_of_weave(colour) && value >= strain.largest) {
@@ -55,14 +50,12 @@ WeaveStrain weave_strain(const Sheet& sheet, const Field& x, const std::array<st
         if (value > strain.largest || own < key) {
           strain.largest = value;
           key = own;
-          strain.place = (place_a + place_b) / 2;
+          strain.place = (x.vector(a) + x.vector(b)) / 2;
         }
       }
     }
     sums[index] = squares;
-    sums[4 + index] = static_cast<double>(count);
     sums[8] += sum;
-    sums[9] += static_cast<double>(bearing);
   }
   sums = sum_over_ranks(sheet.comm(), sums);
   strain.largest_of = max_over_ranks(sheet.comm(), strain.largest_of);
@@ -73,20 +66,15 @@ WeaveStrain weave_strain(const Sheet& sheet, const Field& x, const std::array<st
 
   const double own_largest = strain.largest;
   strain.largest = max_over_ranks(sheet.comm(), strain.largest);
-  const Key own = own_largest == strain.largest ? key : Key{none, none, none};
-  Key first{};  // in the order of the keys: one number after the other
-  bool is_first = true;
-  for (std::size_t k = 0; k < own.size(); ++k) {
-    first[k] = is_first ? own[k] : none;
-    first[k] = min_over_ranks(sheet.comm(), first[k]);
-    is_first = is_first && own[k] == first[k];
-  }
-  if (first[0] == none) {
+  const Key own = own_largest == strain.largest ? key : none;
+  const std::vector<Key> keys = of_all_ranks(sheet.comm(), std::vector<Key>{own});
+  const Key first = *std::min_element(keys.begin(), keys.end());
+  if (first == none) {
     return strain;
   }
   strain.ids = {first[0], first[1]};
   strain.colour = static_cast<Colour>(first[2]);
-  if (!is_first) {
+  if (own != first) {
     strain.place.setZero();
   }
   sum_over_ranks(sheet.comm(), strain.place);
@@ -98,9 +86,9 @@ std::string words_of(double strain, const Eigen::Vector3d& place) {
 }
 
 std::string beyond_limit(const WeaveStrain& strain, double limit) {
-  return std::string("the ") + colour_names[static_cast<std::size_t>(strain.colour)] + " spring of particles " +
-         std::to_string(strain.ids[0]) + " and " + std::to_string(strain.ids[1]) + " is strained by " +
-         words_of(strain.largest, strain.place) + ", above project.strain_limit " + number_text(limit);
+  return fmt::format("the {} spring of particles {} and {} is strained by {}, above project.strain_limit {}",
+                     colour_names[static_cast<std::size_t>(strain.colour)], strain.ids[0], strain.ids[1],
+                     words_of(strain.largest, strain.place), number_text(limit));
 }
 
 }  // namespace surface

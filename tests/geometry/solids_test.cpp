@@ -46,16 +46,15 @@ TEST(Solids, have_the_distances_of_formulas) {
   const Shape mesh = box_mesh({0.5, 0.3, 0.2});
   for (int n = 0; n < 2000; ++n) {
     const Point p = points.next(0.8);
-    EXPECT_NEAR(signed_distance(Sphere{0.5}, p).distance, p.norm() - 0.5, 1e-15);
-    EXPECT_EQ(signed_distance(HalfSpace{}, p).distance, p.z());
+    const auto distance = [&p](const auto& shape) { return shape.distance(p).distance; };
+    EXPECT_NEAR(distance(Sphere{0.5}), p.norm() - 0.5, 1e-15);
+    EXPECT_EQ(distance(HalfSpace{}), p.z());
     const double of_box = distance_from_box(p, {0.5, 0.3, 0.2}, 0);
-    EXPECT_NEAR(signed_distance(Box{{0.5, 0.3, 0.2}}, p).distance, of_box, 1e-15);
+    EXPECT_NEAR(distance(Box{{0.5, 0.3, 0.2}}), of_box, 1e-15);
     EXPECT_NEAR(signed_distance(Solid{mesh, {}}, p).distance, of_box, 1e-14);
-    EXPECT_NEAR(signed_distance(Capsule{0.2, 0.4}, p).distance,
-                distance_from_round_cone(p + Point(0, 0, 0.4), 0.2, 0.2, 0.8), 1e-15);
-    EXPECT_NEAR(signed_distance(Cylinder{0.4, 0.25}, p).distance,
-                distance_from_cylinder(p + Point(0, 0, 0.25), 0.4, 0.5, 0), 1e-15);
-    EXPECT_NEAR(signed_distance(Ring{0.5, 0.15}, p).distance, distance_from_torus(p, 0.5, 0.15), 1e-15);
+    EXPECT_NEAR(distance(Capsule{0.2, 0.4}), distance_from_round_cone(p + Point(0, 0, 0.4), 0.2, 0.2, 0.8), 1e-15);
+    EXPECT_NEAR(distance(Cylinder{0.4, 0.25}), distance_from_cylinder(p + Point(0, 0, 0.25), 0.4, 0.5, 0), 1e-15);
+    EXPECT_NEAR(distance(Ring{0.5, 0.15}), distance_from_torus(p, 0.5, 0.15), 1e-15);
   }
 }
 

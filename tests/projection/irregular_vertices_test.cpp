@@ -1,5 +1,3 @@
-#include "projection/irregular_vertices.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -7,6 +5,7 @@
 
 #include "base/error.h"
 #include "geometry/principal_axes.h"
+#include "projection/successive_projection.h"
 #include "tests/projection/sheets.h"
 
 namespace pellicle {

@@ -8,7 +8,7 @@
 
 #include "parallel/partition.h"
 #include "surface/opposite_sides.h"
-#include "surface/shell_assembly.h"
+#include "surface/shell.h"
 
 namespace pellicle {
 
