@@ -123,23 +123,25 @@ std::vector<int> Chambers::divide_gas(Division& division, const WallParts& walls
     if (large.size() < 2) {
       continue;
     }
-    std::vector<std::pair<int, double>> shares;
+    const Content gas = contents[chamber];
+    double left = 1;
     std::string line = "chamber " + name(chamber) + " is cut in " + std::to_string(large.size()) + " of";
     for (const int part : large) {
       int& number = chamber_of_part[part];
       if (number < 0) {
         number = division.exchange.chambers();
         division.exchange.add_part(chamber);
-        contents.emplace_back();
+        contents.push_back(Content::Zero());
       }
       division.exchange.volume[number] = volume[part];
-      shares.emplace_back(number, volume[part] / before.volume[chamber]);
+      const double share = volume[part] / before.volume[chamber];
+      left -= share;
+      contents[number] = share * gas;
       changed.insert(number);
-      std::string text = fmt::format("{} {:.4g} m^3", part == large.front() ? "" : ",", volume[part]);
-      line += text;
+      line += fmt::format("{} {:.4g} m^3", part == large.front() ? "" : ",", volume[part]);
     }
     division.lines.push_back(line);
-    share_gas(division.exchange, contents, chamber, shares);
+    leak_out(division.exchange, contents, chamber, left * gas);  // the rest
     if (const int round = before.gas_outside(chamber); round >= 0) {
       changed.insert(round);
     }
@@ -149,18 +151,6 @@ std::vector<int> Chambers::divide_gas(Division& division, const WallParts& walls
     fill(division.exchange, number, like, contents[number], division.exchange.volume[number]);
   }
   return chamber_of_part;
-}
-
-/// Divides the gas of a chamber among its parts; the rest has leaked. @param fractions of the gas, by chamber
-void Chambers::share_gas(GasExchange& exchange, std::vector<Content>& contents, int chamber,
-                         const std::vector<std::pair<int, double>>& shares) const {
-  const Content gas = contents[chamber];
-  double left = 1;
-  for (const auto& [number, fraction] : shares) {
-    left -= fraction;
-    contents[number] = {fraction * gas.amount, fraction * gas.heat};
-  }
-  leak_out(exchange, contents, chamber, {left * gas.amount, left * gas.heat}, heat_capacity(chamber));
 }
 
 }  // namespace gas

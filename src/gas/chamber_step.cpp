@@ -2,10 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
-#include "base/units.h"
+#include "base/disjoint_sets.h"
 #include "gas/chambers.h"
 #include "geometry/key_points.h"
 
@@ -32,6 +31,8 @@ GasNetwork::Step Chambers::network_step(const GasStep& start, const Eigen::Vecto
     leak.outside = vessels.number(leak.outside);
     step.leaks.push_back(leak);
   }
+  step.conductance.setZero(step.volume.size());
+  step.wall_temperature = step.conductance;
   if (start.walls.conductance.size() > 0) {
     step.conductance = start.walls.conductance(vessels.chambers);
     step.wall_temperature = start.walls.temperature(vessels.chambers);
@@ -66,7 +67,7 @@ double Chambers::pressure_outside(const GasExchange& exchange, const Vessels& ve
 }
 
 GasExchange Chambers::end_step(const GasStep& start, const Eigen::VectorXd& walls, const Eigen::VectorXd& caps,
-                               const GasNetwork::Step& step, const GasNetwork::End& end) const {
+                               double time, const GasNetwork::End& end) const {
   constexpr double rounding = 1e-10;  // of volumes: changes less than that give no mean pressure
   const GasExchange& before = *start.exchange;
   const Vessels vessels = this->vessels(before);
@@ -87,15 +88,16 @@ GasExchange Chambers::end_step(const GasStep& start, const Eigen::VectorXd& wall
     const double from = before.volume[chamber];
     const double to = exchange.volume[chamber];
     const double end_heat = end.gas[v].amount * end.temperature[vessel];
-    const EnergyBalance balance = energy_balance(chamber, from, to, step.gas[v].heat, end_heat, energy[vessel]);
-    exchange.heat[chamber] += balance.heat;
+    const double heat = vessel_gas(before, chamber, time).heat;
+    const auto [gained, work] = energy_balance(chamber, from, to, heat, end_heat, energy[vessel]);
+    exchange.heat[chamber] += gained;
     // A cap that moves pushes away the gas beyond it, against the pressure there. This is no work on the wall.
-    const double mean = std::abs(to - from) > rounding * from ? balance.work / (to - from) : end.pressure[vessel];
+    const double mean = std::abs(to - from) > rounding * from ? work / (to - from) : end.pressure[vessel];
     const double beyond = (mean - pressure_outside(before, vessels, chamber, end)) * caps[chamber];
-    exchange.work[chamber] += balance.work - beyond;
+    exchange.work[chamber] += work - beyond;
     exchange.leak_enthalpy[chamber] += beyond;
   }
-  open_chambers(exchange, start, vessels, step.time, end);
+  open_chambers(exchange, start, vessels, time, end);
   return exchange;
 }
 
@@ -119,10 +121,11 @@ void Chambers::add_link_flows(GasExchange& exchange, Eigen::VectorXd& energy, co
 /// Energy balance of a joined chamber in a step, as in GasNetwork.
 /// @param from V at the beginning @param to V at the end [m^3] @param heat VesselGas::heat at the beginning [mol K]
 /// @param end_heat n T at the end [mol K] @param energy that came in [J]
-Chambers::EnergyBalance Chambers::energy_balance(int chamber, double from, double to, double heat, double end_heat,
-                                                 double energy) const {
+/// @returns the heat that the gas gains, as VesselGas::heat [mol K], and the work that it does [J]
+std::pair<double, double> Chambers::energy_balance(int chamber, double from, double to, double heat, double end_heat,
+                                                   double energy) const {
   const Chamber& self = of(chamber);
-  if (self.law == GasLaw::isothermal) {
+  if (self.options.law == GasLaw::isothermal) {
     return {0, (heat + end_heat) / 2 * gas_constant * std::log(to / from)};
   }
   const double capacity = heat_capacity(chamber);
@@ -157,11 +160,10 @@ void Chambers::open_chambers(GasExchange& exchange, const GasStep& start, const 
 /// Gives a chamber's gas to the chamber round it.
 void Chambers::become_part(GasExchange& exchange, int chamber, double time) const {
   const int round = exchange.gas_outside(chamber);
-  const Content own = content(exchange, chamber, time);
-  const Content other = content(exchange, round, time);
+  const Content both = content(exchange, chamber, time) + content(exchange, round, time);
   const double volume = exchange.volume[chamber] + exchange.volume[round];
-  fill(exchange, round, round, {own.amount + other.amount, own.heat + other.heat}, volume);
-  fill(exchange, chamber, chamber, {}, 0);
+  fill(exchange, round, round, both, volume);
+  fill(exchange, chamber, chamber, Content::Zero(), 0);
   std::replace(exchange.inside.begin(), exchange.inside.end(), PetscInt(chamber), PetscInt(round));
 }
 
@@ -189,11 +191,9 @@ GasExchange Chambers::recapped(const GasExchange& exchange, const Eigen::VectorX
     if (!vents(chamber) || exchange.is_open(chamber) || fraction == 0 || !(before > 0 && volumes[chamber] > 0)) {
       continue;
     }
-    Content& gas = contents[chamber];
-    const Content moved{fraction * gas.amount, fraction * gas.heat};
-    gas.amount -= moved.amount;
-    gas.heat -= moved.heat;
-    leak_out(result, contents, chamber, moved, heat_capacity(chamber));
+    const Content moved = fraction * contents[chamber];
+    contents[chamber] -= moved;
+    leak_out(result, contents, chamber, moved);
     is_changed[chamber] = true;
     if (const int round = exchange.gas_outside(chamber); round >= 0) {
       is_changed[round] = true;
@@ -212,30 +212,25 @@ GasExchange Chambers::recapped(const GasExchange& exchange, const Eigen::VectorX
   return result;
 }
 
-/// For each chamber the lowest number of those checked together with it: parts cut off it, and the one it is a part of.
-std::vector<int> Chambers::balanced_together(const GasExchange& exchange) const {
-  std::vector<int> first(chambers_.size());
-  std::iota(first.begin(), first.end(), 0);
-  const auto unite = [&](int a, int b) {
-    const auto [low, high] = std::minmax(first[a], first[b]);
-    std::replace(first.begin(), first.end(), int(high), int(low));
-  };
+std::string Chambers::imbalance(const GasExchange& exchange, const Eigen::VectorXd& walls, double time) const {
+  constexpr double tolerance = 1e-10;
+  const std::vector<GasState> gas = states(exchange, walls, time);
+  DisjointSets together(chambers_.size());  // with parts cut off it, and the one it is a part of
   for (int chamber = 0; chamber < count(); ++chamber) {
-    unite(chamber, exchange.gas_inside(chamber));
+    together.unite(chamber, exchange.gas_inside(chamber));
     if (of(chamber).parent >= 0) {
-      unite(chamber, of(chamber).parent);
+      together.unite(chamber, of(chamber).parent);
     }
   }
-  return first;
-}
-
-/// Residuals of the balances of amount and energy, in the column of the first chamber of those checked together.
-Chambers::Residuals Chambers::balance_residuals(const GasExchange& exchange, const std::vector<int>& first,
-                                                const std::vector<GasState>& gas) const {
-  Residuals residuals{Eigen::MatrixXd::Zero(2, count()), Eigen::MatrixXd::Zero(2, count())};
+  // Residuals of amount and energy, in the column of the first chamber of those checked together: of all terms the sum,
+  // which is 0 if the balance closes, and the sum of the absolute values.
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(2, count());
+  Eigen::MatrixXd scale = sum;
+  std::vector<bool> keeps_temperature(chambers_.size());
   const auto add = [&](int row, int chamber, double value) {
-    residuals.sum(row, first[chamber]) += value;
-    residuals.scale(row, first[chamber]) += std::abs(value);
+    const std::size_t first = together.find(chamber);
+    sum(row, first) += value;
+    scale(row, first) += std::abs(value);
   };
   for (const int chamber : joined_) {
     add(0, chamber, first_amount(chamber) + exchange.amount[chamber]);
@@ -245,35 +240,25 @@ Chambers::Residuals Chambers::balance_residuals(const GasExchange& exchange, con
                               -exchange.leak_enthalpy[chamber]}) {
       add(1, chamber, -less);
     }
-  }
-  for (std::size_t l = 0; l < links_.size(); ++l) {
-    for (const auto& [end, sign] : {std::pair(links_[l].from, 1.0), std::pair(links_[l].to, -1.0)}) {
-      if (end >= 0) {
-        add(0, end, sign * exchange.link_amount[static_cast<Eigen::Index>(l)]);
-        add(1, end, sign * exchange.link_enthalpy[static_cast<Eigen::Index>(l)]);
-      }
+    if (of(chamber).options.law == GasLaw::isothermal) {
+      keeps_temperature[together.find(chamber)] = true;
     }
   }
-  return residuals;
-}
-
-std::string Chambers::imbalance(const GasExchange& exchange, const Eigen::VectorXd& walls, double time) const {
-  constexpr double tolerance = 1e-10;
-  const std::vector<int> first = balanced_together(exchange);
-  const Residuals residuals = balance_residuals(exchange, first, states(exchange, walls, time));
-  std::vector<bool> keeps_temperature(chambers_.size());
-  for (const int chamber : joined_) {
-    if (of(chamber).law == GasLaw::isothermal) {
-      keeps_temperature[first[chamber]] = true;
+  for (Eigen::Index link = 0; link < exchange.link_amount.size(); ++link) {
+    for (const auto& [end, sign] : {std::pair(links_[link].from, 1.0), std::pair(links_[link].to, -1.0)}) {
+      if (end >= 0) {
+        add(0, end, sign * exchange.link_amount[link]);
+        add(1, end, sign * exchange.link_enthalpy[link]);
+      }
     }
   }
   for (const int chamber : joined_) {
     for (const int row : {0, 1}) {
-      const double most = tolerance * residuals.scale(row, chamber);
-      if ((row == 0 || !keeps_temperature[chamber]) && !(std::abs(residuals.sum(row, chamber)) <= most)) {
+      const double most = tolerance * scale(row, chamber);
+      if ((row == 0 || !keeps_temperature[chamber]) && !(std::abs(sum(row, chamber)) <= most)) {
         return fmt::format("the ledger of the {} in chamber {} is off by {:.2g} {}, expected at most {:.2g}",
-                           row == 0 ? "amount" : "energy", name(chamber), residuals.sum(row, chamber),
-                           row == 0 ? "mol" : "J", most);
+                           row == 0 ? "amount" : "energy", name(chamber), sum(row, chamber), row == 0 ? "mol" : "J",
+                           most);
       }
     }
   }

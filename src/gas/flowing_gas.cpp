@@ -67,13 +67,9 @@ FlowingGas::FlowingGas(std::vector<Object> objects) : objects_(std::move(objects
 int FlowingGas::end_elsewhere(const std::string& name, const std::string& link) const {
   const std::string of_object = name.substr(0, name.find('.'));
   for (std::size_t object = 0; object < objects(); ++object) {
-    if (objects_[object].name != of_object) {
-      continue;
-    }
     for (const Chambers::Link& other : chambers(object).links()) {
-      if (other.name == link) {
-        const int end = other.from == Chambers::elsewhere ? other.to : other.from;
-        return first_vessel_[object] + vessels_[object].number(end);
+      if (objects_[object].name == of_object && other.name == link) {
+        return vessel(object, other.from == Chambers::elsewhere ? other.to : other.from);
       }
     }
   }
@@ -94,7 +90,15 @@ void FlowingGas::make_network() {
     first_vessel_.push_back(static_cast<int>(vessels.size()));
   }
   network_ = GasNetwork(std::move(vessels), network_links(), chambers(0).gas_options());
-  find_sides_of_walls();
+  within_.clear();
+  beyond_.clear();
+  for (std::size_t object = 0; object < objects(); ++object) {
+    for (const int chamber : chambers(object).joined()) {
+      const int outside = vessel(object, exchange(object).gas_outside(chamber));
+      within_.push_back(vessel(object, chamber));
+      beyond_.push_back(outside < 0 ? network_.count() : outside);
+    }
+  }
 }
 
 /// The links of all objects, each once; sets link_of_.
@@ -104,23 +108,19 @@ std::vector<GasNetwork::Link> FlowingGas::network_links() {
   for (std::size_t object = 0; object < objects(); ++object) {
     for (const Chambers::Link& link : chambers(object).links()) {
       const auto end_of = [&](int end, const std::string& name) {
-        return end == Chambers::elsewhere ? end_elsewhere(name, link.name)
-               : end < 0                  ? GasNetwork::ambient
-                                          : first_vessel_[object] + vessels_[object].number(end);
+        return end == Chambers::elsewhere ? end_elsewhere(name, link.name) : vessel(object, end);
       };
       const int from = end_of(link.from, link.options.from);
       const int to = end_of(link.to, link.options.to);
-      int number = -1;
-      if (link.from == Chambers::elsewhere || link.to == Chambers::elsewhere) {  // The other object may have had it.
-        const auto same = std::find_if(links.begin(), links.end(), [&](const GasNetwork::Link& other) {
-          return other.name == link.name && other.from == from && other.to == to;
-        });
-        number = same != links.end() ? static_cast<int>(same - links.begin()) : -1;
-      }
-      const bool leads_somewhere = from != to || link.from == link.to;  // What is amiss the network says.
-      if (number < 0 && leads_somewhere) {
-        number = static_cast<int>(links.size());
+      const bool may_be_there = link.from == Chambers::elsewhere || link.to == Chambers::elsewhere;  // of the other one
+      const auto same = std::find_if(links.begin(), links.end(), [&](const GasNetwork::Link& other) {
+        return may_be_there && other.name == link.name && other.from == from && other.to == to;
+      });
+      int number = static_cast<int>(same - links.begin());
+      if (same == links.end() && (from != to || link.from == link.to)) {  // What is amiss the network says.
         links.push_back({link.name, from, to, link.options});
+      } else if (same == links.end()) {
+        number = -1;
       }
       link_of_[object].push_back(number);
     }
@@ -128,59 +128,31 @@ std::vector<GasNetwork::Link> FlowingGas::network_links() {
   return links;
 }
 
-void FlowingGas::find_sides_of_walls() {
-  sides_of_walls_.clear();
-  for (std::size_t object = 0; object < objects(); ++object) {
-    const int first = first_vessel_[object];
-    for (const int chamber : chambers(object).joined()) {
-      const int outside = vessels_[object].number(exchange(object).gas_outside(chamber));
-      sides_of_walls_.push_back({first + vessels_[object].number(chamber), outside < 0 ? -1 : first + outside});
-    }
-  }
-}
-
 void FlowingGas::begin_step() {
-  bool is_same = true;
   for (std::size_t object = 0; object < objects(); ++object) {
-    is_same = is_same && inside_[object] == exchange(object).inside;
-  }
-  if (!is_same) {
-    make_network();
+    if (inside_[object] != exchange(object).inside) {
+      make_network();
+      return;
+    }
   }
 }
 
 GasNetwork::Step FlowingGas::network_step(const Walls& walls, double time) const {
   GasNetwork::Step all = chambers(0).network_step(*objects_[0].step, walls[0], time);
-  const auto append = [](Eigen::VectorXd& values, const Eigen::VectorXd& others) {
-    values.conservativeResize(values.size() + others.size());
-    values.tail(others.size()) = others;
-  };
-  const auto fill_in = [](Eigen::VectorXd& values, std::size_t size) {
-    if (values.size() == 0) {
-      values.setZero(static_cast<Eigen::Index>(size));
-    }
-  };
   for (std::size_t object = 1; object < objects(); ++object) {
-    GasNetwork::Step own = chambers(object).network_step(*objects_[object].step, walls[object], time);
+    using Step = GasNetwork::Step;
+    const Step own = chambers(object).network_step(*objects_[object].step, walls[object], time);
     const int first = first_vessel_[object];
     for (GasNetwork::Leak leak : own.leaks) {
       leak.vessel += first;
       leak.outside += leak.outside < 0 ? 0 : first;
       all.leaks.push_back(leak);
     }
-    if (all.conductance.size() + own.conductance.size() > 0) {
-      for (Eigen::VectorXd* values : {&all.conductance, &all.wall_temperature}) {
-        fill_in(*values, all.gas.size());
-      }
-      for (Eigen::VectorXd* values : {&own.conductance, &own.wall_temperature}) {
-        fill_in(*values, own.gas.size());
-      }
-      append(all.conductance, own.conductance);
-      append(all.wall_temperature, own.wall_temperature);
+    for (const auto values :
+         {&Step::volume, &Step::start_volume, &Step::temperature, &Step::conductance, &Step::wall_temperature}) {
+      (all.*values).conservativeResize((all.*values).size() + (own.*values).size());
+      (all.*values).tail((own.*values).size()) = own.*values;
     }
-    append(all.volume, own.volume);
-    append(all.start_volume, own.start_volume);
-    append(all.temperature, own.temperature);
     all.gas.insert(all.gas.end(), own.gas.begin(), own.gas.end());
   }
   return all;
@@ -202,66 +174,45 @@ std::vector<GasState> FlowingGas::end_states(std::size_t object, const Walls& wa
                                              const GasNetwork::End& end) const {
   const Chambers& own = chambers(object);
   std::vector<GasState> states = own.states_against_ambient(exchange(object), walls[object], time);
-  for (std::size_t v = 0; v < vessels_[object].chambers.size(); ++v) {
-    const int chamber = vessels_[object].chambers[v];
-    const int vessel = first_vessel_[object] + static_cast<int>(v);
+  for (const int chamber : vessels_[object].chambers) {
+    const int number = vessel(object, chamber);
     GasState& gas = states[chamber];
     if (!end.converged) {
       gas.pressure = std::numeric_limits<double>::quiet_NaN();
       continue;
     }
-    gas.absolute_pressure = end.pressure[vessel];
-    gas.pressure = exchange(object).is_open(chamber) ? 0 : end.pressure[vessel] - own.gas_options().ambient_pressure;
-    gas.amount = end.gas[vessel].amount;
-    gas.temperature = end.temperature[vessel];
+    gas.absolute_pressure = end.pressure[number];
+    gas.pressure = exchange(object).is_open(chamber) ? 0 : end.pressure[number] - own.gas_options().ambient_pressure;
+    gas.amount = end.gas[number].amount;
+    gas.temperature = end.temperature[number];
   }
   Chambers::put_across_walls(exchange(object), states);
   return states;
 }
 
 Eigen::MatrixXd FlowingGas::slopes(const GasNetwork::Step& step, const GasNetwork::End& end) const {
-  Eigen::MatrixXd of_vessels = network_.slopes(step, end);
+  // With a row and a column of zeros for the ambient air; open chambers have zeros, too.
+  const int count = network_.count();
+  Eigen::MatrixXd of_vessels = Eigen::MatrixXd::Zero(count + 1, count + 1);
+  of_vessels.topLeftCorner(count, count) = network_.slopes(step, end);
   for (std::size_t object = 0; object < objects(); ++object) {
-    for (std::size_t v = 0; v < vessels_[object].chambers.size(); ++v) {
-      if (exchange(object).is_open(vessels_[object].chambers[v])) {
-        of_vessels.row(first_vessel_[object] + static_cast<int>(v)).setZero();
-        of_vessels.col(first_vessel_[object] + static_cast<int>(v)).setZero();
+    for (const int chamber : vessels_[object].chambers) {
+      if (exchange(object).is_open(chamber)) {
+        of_vessels.row(vessel(object, chamber)).setZero();
+        of_vessels.col(vessel(object, chamber)).setZero();
       }
     }
   }
   // Pressure across a wall: inside less outside; W adds to the volume inside and reduces that outside.
-  const auto walls = static_cast<Eigen::Index>(sides_of_walls_.size());
-  Eigen::MatrixXd of_walls(of_vessels.rows(), walls);
-  Eigen::MatrixXd result(walls, walls);
-  const auto row = [](const Eigen::MatrixXd& of, int vessel) -> Eigen::RowVectorXd {
-    return vessel < 0 ? Eigen::RowVectorXd::Zero(of.cols()).eval() : of.row(vessel).eval();
-  };
-  for (Eigen::Index wall = 0; wall < walls; ++wall) {
-    const auto& [inside, outside] = sides_of_walls_[wall];
-    of_walls.col(wall) = of_vessels.col(inside);
-    if (outside >= 0) {
-      of_walls.col(wall) -= of_vessels.col(outside);
-    }
-  }
-  for (Eigen::Index wall = 0; wall < walls; ++wall) {
-    const auto& [inside, outside] = sides_of_walls_[wall];
-    result.row(wall) = row(of_walls, inside) - row(of_walls, outside);
-  }
-  return result;
+  const Eigen::MatrixXd of_walls = of_vessels(Eigen::all, within_) - of_vessels(Eigen::all, beyond_);
+  return of_walls(within_, Eigen::all) - of_walls(beyond_, Eigen::all);
 }
 
-GasNetwork::Step FlowingGas::own_step(std::size_t object, const GasNetwork::Step& step) const {
-  GasNetwork::Step own;
-  own.gas.assign(step.gas.begin() + first_vessel_[object], step.gas.begin() + first_vessel_[object + 1]);
-  own.time = step.time;
-  return own;
-}
-
-GasNetwork::End FlowingGas::own_end(std::size_t object, const GasNetwork::End& end) const {
+GasExchange FlowingGas::end_step(std::size_t object, const Walls& walls, const Walls& caps,
+                                 const GasNetwork::Step& step, const GasNetwork::End& end) const {
   const int first = first_vessel_[object];
   const int count = first_vessel_[object + 1] - first;
   GasNetwork::End own;
-  own.converged = end.converged;
   own.gas.assign(end.gas.begin() + first, end.gas.begin() + first + count);
   own.pressure = end.pressure.segment(first, count);
   own.temperature = end.temperature.segment(first, count);
@@ -270,19 +221,13 @@ GasNetwork::End FlowingGas::own_end(std::size_t object, const GasNetwork::End& e
   own.wall_heat = end.wall_heat.segment(first, count);
   own.flow.setZero(static_cast<Eigen::Index>(link_of_[object].size()));
   own.enthalpy = own.flow;
-  for (std::size_t link = 0; link < link_of_[object].size(); ++link) {
+  for (Eigen::Index link = 0; link < own.flow.size(); ++link) {
     if (const int number = link_of_[object][link]; number >= 0) {
-      own.flow[static_cast<Eigen::Index>(link)] = end.flow[number];
-      own.enthalpy[static_cast<Eigen::Index>(link)] = end.enthalpy[number];
+      own.flow[link] = end.flow[number];
+      own.enthalpy[link] = end.enthalpy[number];
     }
   }
-  return own;
-}
-
-GasExchange FlowingGas::end_step(std::size_t object, const Walls& walls, const Walls& caps,
-                                 const GasNetwork::Step& step, const GasNetwork::End& end) const {
-  return chambers(object).end_step(*objects_[object].step, walls[object], caps[object], own_step(object, step),
-                                   own_end(object, end));
+  return chambers(object).end_step(*objects_[object].step, walls[object], caps[object], step.time, own);
 }
 
 /// First guess of W at the end of a step: as if no chamber were joined; of chambers inside others, and of those round

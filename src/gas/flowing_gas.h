@@ -61,7 +61,6 @@ class FlowingGas {
  private:
   void make_network();
   std::vector<GasNetwork::Link> network_links();
-  void find_sides_of_walls();
   Eigen::VectorXd walls_moved_alone(std::size_t object, const Response& response, double time) const;
   /// A wall of a joined chamber that its pressure moves.
   struct MovedWall {
@@ -72,9 +71,11 @@ class FlowingGas {
     double compliance;    ///< [m^3/Pa]
   };
   void balance_walls(Walls& walls, const std::vector<MovedWall>& moved, double time) const;
-  GasNetwork::Step own_step(std::size_t object, const GasNetwork::Step& step) const;
-  GasNetwork::End own_end(std::size_t object, const GasNetwork::End& end) const;
   const GasExchange& exchange(std::size_t object) const { return *objects_[object].step->exchange; }
+  /// Number in the network of the vessel with an object's gas. @param chamber below 0: GasNetwork::ambient
+  int vessel(std::size_t object, int chamber) const {
+    return chamber < 0 ? GasNetwork::ambient : first_vessel_[object] + vessels_[object].of_chamber[chamber];
+  }
   int end_elsewhere(const std::string& name, const std::string& link) const;
 
   std::vector<Object> objects_;
@@ -83,8 +84,9 @@ class FlowingGas {
   std::vector<std::vector<int>> link_of_;      ///< number in the network of each object's links; -1: no flow
   std::vector<Chambers::Vessels> vessels_;     ///< of each object, as in the network
   std::vector<std::vector<PetscInt>> inside_;  ///< GasExchange::inside of each object when the network was made
-  /// Vessels inside and outside of all joined walls, object after object.
-  std::vector<std::array<int, 2>> sides_of_walls_;
+  // Of all joined walls, object after object.
+  std::vector<int> within_;  ///< vessel inside
+  std::vector<int> beyond_;  ///< vessel outside; as many as there are: the ambient air
 };
 
 }  // namespace gas
