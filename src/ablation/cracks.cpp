@@ -68,12 +68,6 @@ double largest_eigenvalue(const Eigen::Matrix3d& stress) {
 
 }  // namespace
 
-double share_of_strength(double mass_ratio, double min_mass, double char_strength) {
-  // A material that loses no mass has no char.
-  const double unburnt = min_mass < 1 ? std::clamp((mass_ratio - min_mass) / (1 - min_mass), 0.0, 1.0) : 1;
-  return char_strength + (1 - char_strength) * unburnt;
-}
-
 Cracks::Cracks(const Surface& surface, const AblationOptions& options, const std::vector<double>& texture)
     : surface_(surface),
       char_strength_(options.char_strength),
@@ -158,8 +152,11 @@ bool Cracks::is_counted_here(std::size_t blue) const {
 Cracks::Strength Cracks::strength(const CrackInput& input, std::size_t blue) const {
   const auto [a, b] = surface_.of(Colour::blue).ends[blue];
   const auto left_at = [&](PetscInt particle) {
+    const double least = input.min_mass;
     const double left = input.mass.data()[particle] / surface_.initial_mass[particle];
-    return share_of_strength(left, input.min_mass, char_strength_);
+    // A material that loses no mass has no char.
+    const double unburnt = least < 1 ? std::clamp((left - least) / (1 - least), 0.0, 1.0) : 1;
+    return char_strength_ + (1 - char_strength_) * unburnt;
   };
   const auto texture_at = [&](PetscInt particle) { return texture_.empty() ? 1 : texture_[particle]; };
   const double factor = (left_at(a) + left_at(b)) / 2 * (texture_at(a) + texture_at(b)) / 2;

@@ -13,10 +13,6 @@
 namespace pellicle {
 inline namespace ablation {
 
-/// Share of the strength at a particle of a given mass (a fraction of the initial one, like m^min): linear,
-/// `char_strength` at m^min.
-double share_of_strength(double mass_ratio, double min_mass, double char_strength);
-
 /// Data of a step for cracks.
 struct CrackInput {
   const ActiveSet& active;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "base/error.h"
 #include "base/units.h"
@@ -69,13 +70,11 @@ void Conduction::create_assembled() {
     columns.push_back(particles.to_global(i));
   }
   for (const auto& [a, b] : graph_.pairs) {
-    if (a < particles.owned) {
-      rows.push_back(particles.to_global(a));
-      columns.push_back(particles.to_global(b));
-    }
-    if (b < particles.owned) {
-      rows.push_back(particles.to_global(b));
-      columns.push_back(particles.to_global(a));
+    for (const auto& [row, column] : {std::pair(a, b), std::pair(b, a)}) {
+      if (row < particles.owned) {
+        rows.push_back(particles.to_global(row));
+        columns.push_back(particles.to_global(column));
+      }
     }
   }
   entries_.resize(rows.size());
