@@ -70,8 +70,7 @@ double largest_eigenvalue(const Eigen::Matrix3d& stress) {
 
 Cracks::Cracks(const Surface& surface, const AblationOptions& options, const std::vector<double>& texture)
     : surface_(surface),
-      char_strength_(options.char_strength),
-      strength_length_(options.strength_length),
+      options_(options),
       texture_(texture),
       element_strength_(surface.elements.local(), options.strength.value()),
       overload_(surface.of(Colour::blue).layout, 1),
@@ -131,13 +130,13 @@ std::vector<PetscInt> Cracks::sides(const CrackInput& input) {
 }
 
 std::string Cracks::remark() const {
-  if (!average_ || average_->least_length() <= strength_length_) {
+  if (!average_ || average_->least_length() <= options_.strength_length) {
     return "";
   }
   return "where a clamp, a notch or a crack concentrates stress, the load that makes it crack depends on the mesh: "
          "cells average the stress over up to " +
          number_text(average_->least_length()) + " m by themselves, more than ablation.strength_length " +
-         number_text(strength_length_) + " m";
+         number_text(options_.strength_length) + " m";
 }
 
 /// Whether a side counts on this rank; each counts on one. Springs of quads have one owner; an edge of a membrane is
@@ -156,7 +155,7 @@ Cracks::Strength Cracks::strength(const CrackInput& input, std::size_t blue) con
     const double left = input.mass.data()[particle] / surface_.initial_mass[particle];
     // A material that loses no mass has no char.
     const double unburnt = least < 1 ? std::clamp((left - least) / (1 - least), 0.0, 1.0) : 1;
-    return char_strength_ + (1 - char_strength_) * unburnt;
+    return options_.char_strength + (1 - options_.char_strength) * unburnt;
   };
   const auto texture_at = [&](PetscInt particle) { return texture_.empty() ? 1 : texture_[particle]; };
   const double factor = (left_at(a) + left_at(b)) / 2 * (texture_at(a) + texture_at(b)) / 2;

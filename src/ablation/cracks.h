@@ -67,8 +67,7 @@ class Cracks {
   bool is_counted_here(std::size_t blue) const;
 
   const Surface& surface_;
-  double char_strength_;
-  double strength_length_;
+  AblationOptions options_;
   std::vector<double> texture_;           ///< of the local particles, or empty
   std::vector<double> element_strength_;  ///< of each local element, unburnt and without texture
   std::optional<StressAverage> average_;  ///< if there is a length over which to average

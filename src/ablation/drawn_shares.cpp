@@ -80,15 +80,12 @@ DrawnShares::DrawnShares(const Sheet& sheet, const ActiveSet& active, const Draw
   }
   find_held(active);
 
-  const auto weight_of_takers = [this](std::size_t cell) {
-    double sum = 0;
-    for (const PetscInt i : particles_of(sheet_, cell)) {
-      sum += drawn_.data()[i];
-    }
-    return cell_weight_.data()[sheet_.lattice[cell]] * sum;
-  };
   for (const auto& [particle, cell] : giving_) {
-    given_.data()[particle] += weight_of_takers(cell);
+    double drawn = 0;  // of those that take it
+    for (const PetscInt i : particles_of(sheet, cell)) {
+      drawn += drawn_.data()[i];
+    }
+    given_.data()[particle] += cell_weight_.data()[sheet.lattice[cell]] * drawn;
   }
   given_.add_ghosts();
   given_.update_ghosts();

@@ -19,34 +19,28 @@ struct Chambers::WallParts {
   std::vector<int> of_triangle;  ///< number of the part of each local triangle, by its first corner; -1: none
 
   int count() const { return static_cast<int>(parts.size()); }
-  /// Whether the wall of any chamber has more than one part.
-  bool is_cut() const {
-    const auto follows_its_like = [](const Part& a, const Part& b) { return a.first == b.first; };
-    return std::adjacent_find(parts.begin(), parts.end(), follows_its_like) != parts.end();
-  }
 };
 
 /// The parts of the walls of chambers that vent, are not open and have gas of their own. Collective.
 Chambers::WallParts Chambers::wall_parts(const std::vector<PetscInt>& piece, const GasExchange& exchange) const {
   using Part = WallParts::Part;
-  std::vector<std::optional<Part>> part_of(surface_->triangles.size());
-  std::set<Part> own;
-  for (std::size_t triangle = 0; triangle < part_of.size(); ++triangle) {
+  const Part none(-1, -1);
+  std::vector<Part> part_of;  // of each local triangle
+  for (std::size_t triangle = 0; triangle < surface_->triangles.size(); ++triangle) {
     const int chamber = chamber_of_triangle_[triangle];
     const PetscInt here = piece[surface_->triangles[triangle].front()];
-    if (chamber >= 0 && vents(chamber) && !exchange.is_open(chamber) && !exchange.is_part(chamber) && here >= 0) {
-      part_of[triangle] = Part(chamber, here);
-      own.insert(*part_of[triangle]);
-    }
+    const bool is_part =
+        chamber >= 0 && here >= 0 && vents(chamber) && !exchange.is_open(chamber) && !exchange.is_part(chamber);
+    part_of.push_back(is_part ? Part(chamber, here) : none);
   }
+  const std::set<Part> own(part_of.begin(), part_of.end());
   const std::vector<Part> gathered = of_all_ranks(surface_->comm(), std::vector<Part>(own.begin(), own.end()));
-  const std::set<Part> all(gathered.begin(), gathered.end());
-  WallParts walls{{all.begin(), all.end()}, std::vector<int>(part_of.size(), -1)};
-  for (std::size_t triangle = 0; triangle < part_of.size(); ++triangle) {
-    if (part_of[triangle]) {
-      const auto place = std::lower_bound(walls.parts.begin(), walls.parts.end(), *part_of[triangle]);
-      walls.of_triangle[triangle] = static_cast<int>(place - walls.parts.begin());
-    }
+  std::set<Part> all(gathered.begin(), gathered.end());
+  all.erase(none);
+  WallParts walls{{all.begin(), all.end()}, {}};
+  for (const Part& part : part_of) {
+    const auto place = std::lower_bound(walls.parts.begin(), walls.parts.end(), part) - walls.parts.begin();
+    walls.of_triangle.push_back(part == none ? -1 : static_cast<int>(place));
   }
   return walls;
 }
@@ -77,7 +71,8 @@ std::vector<std::pair<int, int>> Chambers::nested_in_parts(const WallParts& wall
 std::optional<Chambers::Division> Chambers::divided(const std::vector<PetscInt>& piece, const GasExchange& exchange,
                                                     const Field& positions, double time) const {
   const WallParts walls = wall_parts(piece, exchange);
-  if (!walls.is_cut()) {
+  const auto are_alike = [](const WallParts::Part& a, const WallParts::Part& b) { return a.first == b.first; };
+  if (std::adjacent_find(walls.parts.begin(), walls.parts.end(), are_alike) == walls.parts.end()) {
     return std::nullopt;
   }
   const Rims rims(*surface_, walls.of_triangle, origin_, planes_);

@@ -96,22 +96,16 @@ VesselGas Chambers::vessel_gas(const GasExchange& exchange, int chamber, double 
   return gas;
 }
 
-/// The gas of a joined chamber between steps, at the volume in the exchange.
-Chambers::Content Chambers::content(const GasExchange& exchange, int chamber, double time) const {
-  const Chamber& self = of(chamber);
-  const VesselGas gas = vessel_gas(exchange, chamber, time);
-  if (self.options.law == GasLaw::isothermal) {
-    return {gas.amount, gas.heat};
-  }
-  const double expansion = std::pow(exchange.volume[chamber] / self.initial_volume, 1 - self.gamma);
-  return {gas.amount, gas.heat * expansion};
-}
-
-/// The gas of all chambers between steps; nothing in chambers that are not joined.
+/// The gas of all chambers between steps, at the volumes in the exchange; nothing in chambers that are not joined.
 std::vector<Chambers::Content> Chambers::contents(const GasExchange& exchange, double time) const {
   std::vector<Content> all(chambers_.size(), Content::Zero());
   for (const int chamber : joined_) {
-    all[chamber] = content(exchange, chamber, time);
+    const Chamber& self = of(chamber);
+    const VesselGas gas = vessel_gas(exchange, chamber, time);
+    const double expansion = self.options.law == GasLaw::isothermal
+                                 ? 1
+                                 : std::pow(exchange.volume[chamber] / self.initial_volume, 1 - self.gamma);
+    all[chamber] = {gas.amount, gas.heat * expansion};
   }
   return all;
 }

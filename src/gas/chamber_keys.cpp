@@ -81,18 +81,15 @@ void require_valid_chamber(const std::string& chamber, const ChamberOptions& opt
     throw Error(chamber + ".temperature: " + std::to_string(options.temperature.size()) +
                 " key points, expected one with the law adiabatic: the temperature at the undeformed volume");
   }
-  const auto refuse_pair = [&](const std::string& pair) {
-    throw Error(chamber + ": " + pair + " given, expected one of them");
+  const auto refuse_if = [&](bool is_wrong, const std::string& pair) {
+    if (is_wrong) {
+      throw Error(chamber + ": " + pair + " given, expected one of them");
+    }
   };
-  if (!options.amount.empty() && !options.amount_ratio.empty()) {
-    refuse_pair("both amount and amount_ratio");
-  }
-  if (!options.volume.empty() && !options.volume_ratio.empty()) {
-    refuse_pair("both volume and volume_ratio");
-  }
-  if (options.law == GasLaw::volume && options.volume.empty() && options.volume_ratio.empty()) {
-    refuse_pair("neither volume nor volume_ratio");
-  }
+  refuse_if(!options.amount.empty() && !options.amount_ratio.empty(), "both amount and amount_ratio");
+  refuse_if(!options.volume.empty() && !options.volume_ratio.empty(), "both volume and volume_ratio");
+  refuse_if(options.law == GasLaw::volume && options.volume.empty() && options.volume_ratio.empty(),
+            "neither volume nor volume_ratio");
   if ((options.law == GasLaw::relative || options.law == GasLaw::pressure) && options.pressure.empty()) {
     throw Error(chamber + ".pressure: not given, expected key points (time, pressure) with the law " +
                 options.law.name());

@@ -21,9 +21,9 @@ GasNetwork::Step Chambers::network_step(const GasStep& start, const Eigen::Vecto
   step.volume = volumes(vessels.chambers);
   step.start_volume = (exchange.volume.array() > 0).select(exchange.volume, volumes)(vessels.chambers);
   step.temperature.resize(step.volume.size());
-  for (const int chamber : vessels.chambers) {
-    step.temperature[static_cast<Eigen::Index>(step.gas.size())] =
-        value_on_key_points(of(chamber).options.temperature, time);
+  for (Eigen::Index vessel = 0; vessel < step.volume.size(); ++vessel) {
+    const int chamber = vessels.chambers[vessel];
+    step.temperature[vessel] = value_on_key_points(of(chamber).options.temperature, time);
     step.gas.push_back(vessel_gas(exchange, chamber, time));
   }
   for (GasNetwork::Leak leak : start.walls.leaks) {
@@ -38,11 +38,10 @@ GasNetwork::Step Chambers::network_step(const GasStep& start, const Eigen::Vecto
     step.wall_temperature = start.walls.temperature(vessels.chambers);
   }
   constexpr double wide = 1;  // [m^2]
-  for (std::size_t vessel = 0; vessel < vessels.chambers.size(); ++vessel) {
-    const int chamber = vessels.chambers[vessel];
+  for (const int chamber : vessels.chambers) {
     if (exchange.is_open(chamber)) {
-      step.volume[static_cast<Eigen::Index>(vessel)] = exchange.volume[chamber];
-      step.leaks.push_back({static_cast<int>(vessel), wide, 0});
+      step.volume[vessels.number(chamber)] = exchange.volume[chamber];
+      step.leaks.push_back({vessels.number(chamber), wide, 0});
     }
   }
   return step;
@@ -78,16 +77,15 @@ GasExchange Chambers::end_step(const GasStep& start, const Eigen::VectorXd& wall
   }
   Eigen::VectorXd energy = end.wall_heat - end.leak_enthalpy;  // into each vessel [J]
   add_link_flows(exchange, energy, vessels, end);
-  for (std::size_t v = 0; v < vessels.chambers.size(); ++v) {
-    const auto vessel = static_cast<Eigen::Index>(v);
-    const int chamber = vessels.chambers[v];
+  for (Eigen::Index vessel = 0; vessel < end.leak.size(); ++vessel) {
+    const int chamber = vessels.chambers[vessel];
     exchange.amount[chamber] -= end.leak[vessel];
     exchange.leak_amount[chamber] += end.leak[vessel];
     exchange.leak_enthalpy[chamber] += end.leak_enthalpy[vessel];
     exchange.wall_heat[chamber] += end.wall_heat[vessel];
     const double from = before.volume[chamber];
     const double to = exchange.volume[chamber];
-    const double end_heat = end.gas[v].amount * end.temperature[vessel];
+    const double end_heat = end.gas[vessel].amount * end.temperature[vessel];
     const double heat = vessel_gas(before, chamber, time).heat;
     const auto [gained, work] = energy_balance(chamber, from, to, heat, end_heat, energy[vessel]);
     exchange.heat[chamber] += gained;
@@ -105,14 +103,13 @@ GasExchange Chambers::end_step(const GasStep& start, const Eigen::VectorXd& wall
 /// vessel [J].
 void Chambers::add_link_flows(GasExchange& exchange, Eigen::VectorXd& energy, const Vessels& vessels,
                               const GasNetwork::End& end) const {
-  for (std::size_t l = 0; l < links_.size(); ++l) {
-    const auto row = static_cast<Eigen::Index>(l);
-    exchange.link_amount[row] += end.flow[row];
-    exchange.link_enthalpy[row] += end.enthalpy[row];
-    for (const auto& [chamber, sign] : {std::pair(links_[l].from, -1.0), std::pair(links_[l].to, 1.0)}) {
+  exchange.link_amount += end.flow;
+  exchange.link_enthalpy += end.enthalpy;
+  for (Eigen::Index link = 0; link < end.flow.size(); ++link) {
+    for (const auto& [chamber, sign] : {std::pair(links_[link].from, -1.0), std::pair(links_[link].to, 1.0)}) {
       if (chamber >= 0) {
-        exchange.amount[exchange.gas_inside(chamber)] += sign * end.flow[row];
-        energy[vessels.number(chamber)] += sign * end.enthalpy[row];
+        exchange.amount[exchange.gas_inside(chamber)] += sign * end.flow[link];
+        energy[vessels.number(chamber)] += sign * end.enthalpy[link];
       }
     }
   }
@@ -141,10 +138,10 @@ void Chambers::open_chambers(GasExchange& exchange, const GasStep& start, const 
   constexpr double large_hole = 0.1;  // fraction of what is left of the wall
   constexpr double level = 1e-5;      // fraction of the ambient pressure
   const GasExchange& before = *start.exchange;
-  for (std::size_t v = 0; v < vessels.chambers.size(); ++v) {
-    const int chamber = vessels.chambers[v];
+  for (Eigen::Index vessel = 0; vessel < end.pressure.size(); ++vessel) {
+    const int chamber = vessels.chambers[vessel];
     const double there = pressure_outside(before, vessels, chamber, end);
-    const bool is_level = std::abs(end.pressure[static_cast<Eigen::Index>(v)] - there) <= level * gas_.ambient_pressure;
+    const bool is_level = std::abs(end.pressure[vessel] - there) <= level * gas_.ambient_pressure;
     const double limit = (is_level ? large_hole : 1) * start.walls.area[chamber];
     if (!vents(chamber) || !(start.walls.hole_area[chamber] > limit)) {
       continue;
@@ -160,18 +157,16 @@ void Chambers::open_chambers(GasExchange& exchange, const GasStep& start, const 
 /// Gives a chamber's gas to the chamber round it.
 void Chambers::become_part(GasExchange& exchange, int chamber, double time) const {
   const int round = exchange.gas_outside(chamber);
-  const Content both = content(exchange, chamber, time) + content(exchange, round, time);
+  const std::vector<Content> contents = this->contents(exchange, time);
   const double volume = exchange.volume[chamber] + exchange.volume[round];
-  fill(exchange, round, round, both, volume);
+  fill(exchange, round, round, contents[chamber] + contents[round], volume);
   fill(exchange, chamber, chamber, Content::Zero(), 0);
   std::replace(exchange.inside.begin(), exchange.inside.end(), PetscInt(chamber), PetscInt(round));
 }
 
 GasExchange Chambers::recapped(const GasExchange& exchange, const Eigen::VectorXd& walls, double time) const {
   const Eigen::VectorXd volumes = exchange.gas_volumes(walls);
-  std::vector<int> order = exchange.from_within();
-  order.erase(std::remove_if(order.begin(), order.end(), [this](int chamber) { return !is_joined(chamber); }),
-              order.end());
+  const std::vector<int> order = exchange.from_within();
   // Increase of the volume within each wall since the end of the last step, from within outwards.
   Eigen::VectorXd more = volumes - exchange.volume;
   for (const int chamber : order) {
@@ -180,9 +175,6 @@ GasExchange Chambers::recapped(const GasExchange& exchange, const Eigen::VectorX
     }
   }
   GasExchange result = exchange;
-  if ((more(order).array() == 0).all()) {
-    return result;
-  }
   std::vector<Content> contents = this->contents(exchange, time);
   std::vector<bool> is_changed(chambers_.size());
   for (const int chamber : order) {

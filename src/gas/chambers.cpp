@@ -266,7 +266,7 @@ Chambers::Vessels Chambers::vessels(const GasExchange& exchange) const {
 
 GasNetwork::Vessel Chambers::vessel(int chamber) const {
   const Chamber& self = of(chamber);
-  return {self.name, self.options.law == GasLaw::isothermal, self.gamma, self.initial_volume};
+  return {self.options.law == GasLaw::isothermal, self.gamma, self.initial_volume};
 }
 
 }  // namespace gas

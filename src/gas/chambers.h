@@ -223,7 +223,6 @@ class Chambers {
   void require_inside(int chamber, const Field& rest) const;
   void make_gradient_pattern();
   VesselGas vessel_gas(const GasExchange& exchange, int chamber, double time) const;
-  Content content(const GasExchange& exchange, int chamber, double time) const;
   std::vector<Content> contents(const GasExchange& exchange, double time) const;
   void fill(GasExchange& exchange, int number, int like, const Content& gas, double volume) const;
   void leak_out(GasExchange& exchange, std::vector<Content>& contents, int chamber, const Content& gas) const;

@@ -32,48 +32,38 @@ void require_valid(const std::string& name, const LinkOptions& options) {
     throw Error(name + ": " + (options.area ? "both" : "neither") + " area " + (options.area ? "and" : "nor") +
                 " flow given, expected one of them");
   }
-  if (!options.opens.empty()) {
-    require_key_points(name + ".opens", options.opens, 0, 1);
-  }
-  if (!options.flow.empty()) {
-    require_key_points(name + ".flow", options.flow, 0, std::numeric_limits<double>::infinity());
-  }
+  require_key_points(name + ".opens", options.opens, 0, 1);
+  require_key_points(name + ".flow", options.flow, 0, std::numeric_limits<double>::infinity());
 }
 
 /// Derivatives by one vessel's amount, heat and volume, in this order.
 using ByState = Eigen::Array3d;
 
+/// Amounts and heats, vessel after vessel.
+Eigen::VectorXd values_of(const std::vector<VesselGas>& gas) {
+  Eigen::VectorXd values(2 * gas.size());
+  for (std::size_t v = 0; v < gas.size(); ++v) {
+    values.segment<2>(2 * v) << gas[v].amount, gas[v].heat;
+  }
+  return values;
+}
+
 /// Whether the residual of the equations is only the rounding of amounts and heats. That can be large where a wide link
 /// turns a small difference of pressures into a large flow.
-bool is_rounding(const Eigen::VectorXd& rest, const Eigen::SparseMatrix<double>& jacobian,
-                 const std::vector<VesselGas>& gas) {
+bool is_rounding(const Eigen::VectorXd& rest, const Eigen::SparseMatrix<double>& jacobian, const Eigen::VectorXd& gas) {
   constexpr double fraction = 4 * std::numeric_limits<double>::epsilon();
-  Eigen::VectorXd values(rest.size());
-  for (std::size_t v = 0; v < gas.size(); ++v) {
-    values.segment<2>(static_cast<Eigen::Index>(2 * v)) = Eigen::Vector2d(gas[v].amount, gas[v].heat);
-  }
-  const Eigen::VectorXd rounding = fraction * (jacobian.cwiseAbs() * values.cwiseAbs());
+  const Eigen::VectorXd rounding = fraction * (jacobian.cwiseAbs() * gas.cwiseAbs());
   return (rest.array().abs() <= rounding.array()).all();
 }
 
-/// Largest share, at most 1, of a descent (amount and heat of each vessel) that leaves each vessel a tenth of its gas.
-double largest_share(const std::vector<VesselGas>& gas, const Eigen::VectorXd& descent) {
+/// Largest share, at most 1, of a descent of amounts and heats that leaves each vessel a tenth of its gas.
+double largest_share(const Eigen::VectorXd& gas, const Eigen::VectorXd& descent) {
   constexpr double most_lost = 0.9;
   double fraction = 1;
   for (Eigen::Index k = 0; k < descent.size(); ++k) {
-    const VesselGas& has = gas[k / 2];
-    fraction = std::min(fraction, most_lost * (k % 2 == 0 ? has.amount : has.heat) / std::max(descent[k], 1e-300));
+    fraction = std::min(fraction, most_lost * gas[k] / std::max(descent[k], 1e-300));
   }
   return fraction;
-}
-
-/// The gas after a fraction of a descent.
-std::vector<VesselGas> moved_by(std::vector<VesselGas> gas, const Eigen::VectorXd& descent, double fraction) {
-  for (std::size_t v = 0; v < gas.size(); ++v) {
-    gas[v].amount -= fraction * descent[static_cast<Eigen::Index>(2 * v)];
-    gas[v].heat -= fraction * descent[static_cast<Eigen::Index>(2 * v + 1)];
-  }
-  return gas;
 }
 
 }  // namespace
@@ -89,7 +79,8 @@ class GasNetwork::Balance {
     ByState temperature_by = ByState::Zero();
   };
 
-  Balance(const GasNetwork& network, const Step& step, const std::vector<VesselGas>& gas);
+  /// @param gas amounts and heats, vessel after vessel
+  Balance(const GasNetwork& network, const Step& step, const Eigen::VectorXd& gas);
 
   Eigen::VectorXd rest;                        ///< residual of the equations, amounts and heats vessel after vessel
   std::vector<Eigen::Triplet<double>> by_gas;  ///< its derivatives by amounts and heats
@@ -137,7 +128,7 @@ GasNetwork::GasNetwork(std::vector<Vessel> vessels, std::vector<Link> links, con
   }
 }
 
-GasNetwork::Balance::Balance(const GasNetwork& network, const Step& step, const std::vector<VesselGas>& gas)
+GasNetwork::Balance::Balance(const GasNetwork& network, const Step& step, const Eigen::VectorXd& gas)
     : rest(2 * network.count()),
       network_(&network),
       step_(&step),
@@ -149,9 +140,10 @@ GasNetwork::Balance::Balance(const GasNetwork& network, const Step& step, const 
   end.wall_heat = end.leak;
   for (int vessel = 0; vessel < network.count(); ++vessel) {  // the change since the beginning of the step
     const Vessel& self = network.vessel(vessel);
-    local.push_back(state_of(self, gas[vessel], step.volume[vessel], step.temperature[vessel]));
-    rest[2 * vessel] = gas[vessel].amount - step.gas[vessel].amount;
-    rest[2 * vessel + 1] = self.keeps_temperature ? 0 : gas[vessel].heat - step.gas[vessel].heat;
+    const VesselGas present{gas[2 * vessel], gas[2 * vessel + 1]};
+    local.push_back(state_of(self, present, step.volume[vessel], step.temperature[vessel]));
+    rest[2 * vessel] = present.amount - step.gas[vessel].amount;
+    rest[2 * vessel + 1] = self.keeps_temperature ? 0 : present.heat - step.gas[vessel].heat;
     by_gas.emplace_back(2 * vessel, 2 * vessel, 1);
     by_gas.emplace_back(2 * vessel + 1, 2 * vessel + 1, 1);
   }
@@ -320,7 +312,7 @@ GasNetwork::End GasNetwork::solve(const Step& step) const {
   const auto size = [&](const Eigen::VectorXd& values) {
     return values.cwiseQuotient(scale).lpNorm<Eigen::Infinity>();
   };
-  std::vector<VesselGas> gas = step.gas;
+  Eigen::VectorXd gas = values_of(step.gas);
   Balance balance(*this, step, gas);
   double moved = 0;
   for (int iteration = 0; iteration < most_iterations; ++iteration) {
@@ -342,11 +334,11 @@ GasNetwork::End GasNetwork::solve(const Step& step) const {
     }
     double fraction = largest_share(gas, descent);
     const double rest = size(balance.rest);
-    std::vector<VesselGas> next = moved_by(gas, descent, fraction);
+    Eigen::VectorXd next = gas - fraction * descent;
     Balance there(*this, step, next);
     while (!(size(there.rest) < (1 - least_gain * fraction) * rest) && fraction * moved > rounding) {
       fraction /= 2;
-      next = moved_by(gas, descent, fraction);
+      next = gas - fraction * descent;
       there = Balance(*this, step, next);
     }
     if (!(size(there.rest) < rest)) {  // Rounding is all that is left.
@@ -357,18 +349,20 @@ GasNetwork::End GasNetwork::solve(const Step& step) const {
   }
   End end = std::move(balance.end);
   end.converged = moved <= tolerance;
-  end.gas = std::move(gas);
   end.pressure.setConstant(count(), std::numeric_limits<double>::quiet_NaN());
   end.temperature = end.pressure;
-  for (int i = 0; i < count() && end.converged; ++i) {
-    end.pressure[i] = balance.local[i].pressure;
-    end.temperature[i] = balance.local[i].temperature;
+  for (int i = 0; i < count(); ++i) {
+    end.gas.push_back({gas[2 * i], gas[2 * i + 1]});
+    if (end.converged) {
+      end.pressure[i] = balance.local[i].pressure;
+      end.temperature[i] = balance.local[i].temperature;
+    }
   }
   return end;
 }
 
 Eigen::MatrixXd GasNetwork::slopes(const Step& step, const End& end) const {
-  const Balance balance(*this, step, end.gas);
+  const Balance balance(*this, step, values_of(end.gas));
   Eigen::SparseMatrix<double> by_gas(2 * count(), 2 * count());
   by_gas.setFromTriplets(balance.by_gas.begin(), balance.by_gas.end());
   Eigen::SparseMatrix<double> by_volume(2 * count(), count());

@@ -36,7 +36,6 @@ struct VesselGas {
 class GasNetwork {
  public:
   struct Vessel {
-    std::string name;
     bool keeps_temperature = true;
     double gamma = 1.4;           ///< ratio of the heat capacities
     double reference_volume = 1;  ///< [m^3]

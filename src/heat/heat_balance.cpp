@@ -10,12 +10,6 @@
 namespace pellicle {
 inline namespace heat {
 
-namespace {
-
-constexpr double stefan_boltzmann = 5.670374419e-8;  // [W/(m^2 K^4)]
-
-}  // namespace
-
 double heat_content(const Surface& surface, const Field& mass, const Field& temperature, double capacity) {
   // The ledger compares sums over the whole surface with the heat that came in, which may be a small part of them.
   long double sum = 0;
@@ -69,6 +63,7 @@ HeatExchange exchange_with_surroundings(Field& temperature, const Surface& surfa
   }
   const Eigen::VectorXd area = particle_areas(surface, positions, active);
   const double ambient = options.ambient_temperature;
+  constexpr double stefan_boltzmann = 5.670374419e-8;  // [W/(m^2 K^4)]
   // Heat transfer coefficient of convection, and of radiation in the same form:
   // T^4 - A^4 = (T - A) (T + A) (T^2 + A^2).
   const auto transfer = [&](double value) {
