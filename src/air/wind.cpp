@@ -12,12 +12,6 @@
 namespace pellicle {
 inline namespace air {
 
-namespace {
-
-constexpr int mode_count = 32;
-
-}  // namespace
-
 Wind::Wind(const WindOptions& options) : options_(options) {
   if (const std::string fault = fault_of_key_points(options.velocity); !fault.empty()) {
     throw Error("force.wind.velocity: " + fault);
@@ -35,6 +29,7 @@ Wind::Wind(const WindOptions& options) : options_(options) {
       const double y = normal();
       return Eigen::Vector3d(x, y, normal());
     };
+    constexpr int mode_count = 32;
     double mean_square = 0;  // of the whole vector
     for (int n = 0; n < mode_count; ++n) {
       Mode mode;

@@ -44,6 +44,18 @@ int piece_of_vertex(const Surface& surface, const std::string& chamber, int vert
 
 }  // namespace
 
+void require_key_points(const std::string& key, const Rows& rows, const std::function<bool(double)>& is_valid,
+                        const std::string& expected) {
+  if (const std::string fault = fault_of_key_points(rows, {"time", "value"}); !fault.empty()) {
+    throw Error(key + ": " + fault);
+  }
+  for (const auto& row : rows) {
+    if (!is_valid(row[1])) {
+      throw Error(key + ": " + number_text(row[1]) + " at " + number_text(row[0]) + " s, expected " + expected);
+    }
+  }
+}
+
 void require_valid_chamber(const std::string& chamber, const ChamberOptions& options, double ambient_pressure) {
   static const std::vector<Quantity> quantities{
       {"pressure", &ChamberOptions::pressure, true, {GasLaw::relative, GasLaw::pressure}},
@@ -61,18 +73,12 @@ void require_valid_chamber(const std::string& chamber, const ChamberOptions& opt
     if (std::find(quantity.laws.begin(), quantity.laws.end(), GasLaw(options.law)) == quantity.laws.end()) {
       refuse_for_law(key, options.law.name());
     }
-    if (const std::string fault = fault_of_key_points(rows, {"time", "value"}); !fault.empty()) {
-      throw Error(key + ": " + fault);
-    }
     const bool is_gauge = &rows == &options.pressure && options.law == GasLaw::pressure;
     const double lowest = is_gauge ? -ambient_pressure : 0;
-    for (const auto& row : rows) {
-      if (!(quantity.may_be_zero ? row[1] >= lowest : row[1] > lowest)) {
-        throw Error(key + ": " + number_text(row[1]) + " at " + number_text(row[0]) + " s, expected " +
-                    (quantity.may_be_zero ? "at least " : "more than ") + number_text(lowest) +
-                    (is_gauge ? ", a vacuum inside where gas.ambient_pressure is outside" : ""));
-      }
-    }
+    require_key_points(
+        key, rows, [&](double value) { return quantity.may_be_zero ? value >= lowest : value > lowest; },
+        (quantity.may_be_zero ? "at least " : "more than ") + number_text(lowest) +
+            (is_gauge ? ", a vacuum inside where gas.ambient_pressure is outside" : ""));
   }
   if (options.gamma && options.law != GasLaw::adiabatic) {
     refuse_for_law(chamber + ".gamma", options.law.name());

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <map>
 #include <string>
 #include <utility>
@@ -13,6 +14,11 @@ inline namespace gas {
 
 constexpr double default_temperature = 293.15;  ///< of a chamber's gas [K]
 constexpr double default_gamma = 1.4;           ///< ratio of the heat capacities of an adiabatic gas
+
+/// Checks key points (time, value). @param is_valid whether a value is what is `expected`, in words
+/// @throws Error that names the key
+void require_key_points(const std::string& key, const Rows& rows, const std::function<bool(double)>& is_valid,
+                        const std::string& expected);
 
 /// Checks the keys of a chamber against its law. @param chamber its key in the deck
 /// @param ambient_pressure [Pa], by which a gauge pressure may be below 0

@@ -11,40 +11,39 @@
 namespace pellicle {
 inline namespace gas {
 
-GasNetwork::Step Chambers::network_step(const GasStep& start, const Eigen::VectorXd& walls, double time) const {
+void Chambers::add_to_step(GasNetwork::Step& step, const GasStep& start, const Vessels& vessels,
+                           const Eigen::VectorXd& walls, double time) const {
+  using Step = GasNetwork::Step;
   const GasExchange& exchange = *start.exchange;
-  const Vessels vessels = this->vessels(exchange);
   const Eigen::VectorXd volumes = exchange.gas_volumes(walls);
-  GasNetwork::Step step;
-  step.time = time;
-  step.h = start.h;
-  step.volume = volumes(vessels.chambers);
-  step.start_volume = (exchange.volume.array() > 0).select(exchange.volume, volumes)(vessels.chambers);
-  step.temperature.resize(step.volume.size());
-  for (Eigen::Index vessel = 0; vessel < step.volume.size(); ++vessel) {
-    const int chamber = vessels.chambers[vessel];
-    step.temperature[vessel] = value_on_key_points(of(chamber).options.temperature, time);
+  const Eigen::VectorXd zeros = Eigen::VectorXd::Zero(step.volume.size() + vessels.chambers.size());
+  for (const auto values :
+       {&Step::volume, &Step::start_volume, &Step::temperature, &Step::conductance, &Step::wall_temperature}) {
+    (step.*values).conservativeResizeLike(zeros);
+  }
+  for (const int chamber : vessels.chambers) {
+    const int vessel = vessels.number(chamber);
+    const double before = exchange.volume[chamber];
     step.gas.push_back(vessel_gas(exchange, chamber, time));
+    step.volume[vessel] = exchange.is_open(chamber) ? before : volumes[chamber];
+    step.start_volume[vessel] = before > 0 ? before : volumes[chamber];
+    step.temperature[vessel] = value_on_key_points(of(chamber).options.temperature, time);
+    if (start.walls.conductance.size() > 0) {
+      step.conductance[vessel] = start.walls.conductance[chamber];
+      step.wall_temperature[vessel] = start.walls.temperature[chamber];
+    }
   }
   for (GasNetwork::Leak leak : start.walls.leaks) {
     leak.vessel = vessels.number(leak.vessel);
     leak.outside = vessels.number(leak.outside);
     step.leaks.push_back(leak);
   }
-  step.conductance.setZero(step.volume.size());
-  step.wall_temperature = step.conductance;
-  if (start.walls.conductance.size() > 0) {
-    step.conductance = start.walls.conductance(vessels.chambers);
-    step.wall_temperature = start.walls.temperature(vessels.chambers);
-  }
   constexpr double wide = 1;  // [m^2]
   for (const int chamber : vessels.chambers) {
     if (exchange.is_open(chamber)) {
-      step.volume[vessels.number(chamber)] = exchange.volume[chamber];
       step.leaks.push_back({vessels.number(chamber), wide, 0});
     }
   }
-  return step;
 }
 
 GasExchange Chambers::first_exchange(const Eigen::VectorXd& walls) const {
@@ -65,20 +64,34 @@ double Chambers::pressure_outside(const GasExchange& exchange, const Vessels& ve
   return vessel < 0 ? gas_.ambient_pressure : end.pressure[vessel];
 }
 
-GasExchange Chambers::end_step(const GasStep& start, const Eigen::VectorXd& walls, const Eigen::VectorXd& caps,
-                               double time, const GasNetwork::End& end) const {
+GasExchange Chambers::end_step(const GasStep& start, const Vessels& vessels, const std::vector<int>& links,
+                               const Eigen::VectorXd& walls, const Eigen::VectorXd& caps, double time,
+                               const GasNetwork::End& end) const {
   constexpr double rounding = 1e-10;  // of volumes: changes less than that give no mean pressure
   const GasExchange& before = *start.exchange;
-  const Vessels vessels = this->vessels(before);
   GasExchange exchange = before;
   const Eigen::VectorXd volumes = before.gas_volumes(walls);
   for (int chamber = 0; chamber < count(); ++chamber) {
     exchange.volume[chamber] = before.is_open(chamber) ? before.volume[chamber] : volumes[chamber];
   }
   Eigen::VectorXd energy = end.wall_heat - end.leak_enthalpy;  // into each vessel [J]
-  add_link_flows(exchange, energy, vessels, end);
-  for (Eigen::Index vessel = 0; vessel < end.leak.size(); ++vessel) {
-    const int chamber = vessels.chambers[vessel];
+  for (std::size_t link = 0; link < links.size(); ++link) {
+    if (links[link] < 0) {
+      continue;
+    }
+    const double amount = end.flow[links[link]];
+    const double enthalpy = end.enthalpy[links[link]];
+    exchange.link_amount[link] += amount;
+    exchange.link_enthalpy[link] += enthalpy;
+    for (const auto& [chamber, sign] : {std::pair(links_[link].from, -1.0), std::pair(links_[link].to, 1.0)}) {
+      if (chamber >= 0) {
+        exchange.amount[exchange.gas_inside(chamber)] += sign * amount;
+        energy[vessels.number(chamber)] += sign * enthalpy;
+      }
+    }
+  }
+  for (const int chamber : vessels.chambers) {
+    const int vessel = vessels.number(chamber);
     exchange.amount[chamber] -= end.leak[vessel];
     exchange.leak_amount[chamber] += end.leak[vessel];
     exchange.leak_enthalpy[chamber] += end.leak_enthalpy[vessel];
@@ -97,22 +110,6 @@ GasExchange Chambers::end_step(const GasStep& start, const Eigen::VectorXd& wall
   }
   open_chambers(exchange, start, vessels, time, end);
   return exchange;
-}
-
-/// Mass balance of the links: adds their flows to the amounts, and the carried enthalpies to the energy into each
-/// vessel [J].
-void Chambers::add_link_flows(GasExchange& exchange, Eigen::VectorXd& energy, const Vessels& vessels,
-                              const GasNetwork::End& end) const {
-  exchange.link_amount += end.flow;
-  exchange.link_enthalpy += end.enthalpy;
-  for (Eigen::Index link = 0; link < end.flow.size(); ++link) {
-    for (const auto& [chamber, sign] : {std::pair(links_[link].from, -1.0), std::pair(links_[link].to, 1.0)}) {
-      if (chamber >= 0) {
-        exchange.amount[exchange.gas_inside(chamber)] += sign * end.flow[link];
-        energy[vessels.number(chamber)] += sign * end.enthalpy[link];
-      }
-    }
-  }
 }
 
 /// Energy balance of a joined chamber in a step, as in GasNetwork.
@@ -138,30 +135,24 @@ void Chambers::open_chambers(GasExchange& exchange, const GasStep& start, const 
   constexpr double large_hole = 0.1;  // fraction of what is left of the wall
   constexpr double level = 1e-5;      // fraction of the ambient pressure
   const GasExchange& before = *start.exchange;
-  for (Eigen::Index vessel = 0; vessel < end.pressure.size(); ++vessel) {
-    const int chamber = vessels.chambers[vessel];
+  for (const int chamber : vessels.chambers) {
     const double there = pressure_outside(before, vessels, chamber, end);
-    const bool is_level = std::abs(end.pressure[vessel] - there) <= level * gas_.ambient_pressure;
+    const bool is_level = std::abs(end.pressure[vessels.number(chamber)] - there) <= level * gas_.ambient_pressure;
     const double limit = (is_level ? large_hole : 1) * start.walls.area[chamber];
     if (!vents(chamber) || !(start.walls.hole_area[chamber] > limit)) {
       continue;
     }
     if (before.gas_outside(chamber) < 0) {
       exchange.open[chamber] = 1;
-    } else {
-      become_part(exchange, chamber, time);
+      continue;
     }
+    const int round = exchange.gas_outside(chamber);
+    const std::vector<Content> contents = this->contents(exchange, time);
+    const double volume = exchange.volume[chamber] + exchange.volume[round];
+    fill(exchange, round, round, contents[chamber] + contents[round], volume);
+    fill(exchange, chamber, chamber, Content::Zero(), 0);
+    std::replace(exchange.inside.begin(), exchange.inside.end(), PetscInt(chamber), PetscInt(round));
   }
-}
-
-/// Gives a chamber's gas to the chamber round it.
-void Chambers::become_part(GasExchange& exchange, int chamber, double time) const {
-  const int round = exchange.gas_outside(chamber);
-  const std::vector<Content> contents = this->contents(exchange, time);
-  const double volume = exchange.volume[chamber] + exchange.volume[round];
-  fill(exchange, round, round, contents[chamber] + contents[round], volume);
-  fill(exchange, chamber, chamber, Content::Zero(), 0);
-  std::replace(exchange.inside.begin(), exchange.inside.end(), PetscInt(chamber), PetscInt(round));
 }
 
 GasExchange Chambers::recapped(const GasExchange& exchange, const Eigen::VectorXd& walls, double time) const {

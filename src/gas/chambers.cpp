@@ -249,12 +249,12 @@ void Chambers::find_joined() {
   }
 }
 
-Chambers::Vessels Chambers::vessels(const GasExchange& exchange) const {
+Chambers::Vessels Chambers::vessels(const GasExchange& exchange, int first) const {
   Vessels result;
   result.of_chamber.assign(chambers_.size(), -1);
   for (const int chamber : joined_) {
     if (!exchange.is_part(chamber)) {
-      result.of_chamber[chamber] = static_cast<int>(result.chambers.size());
+      result.of_chamber[chamber] = first + static_cast<int>(result.chambers.size());
       result.chambers.push_back(chamber);
     }
   }

@@ -149,16 +149,17 @@ class Chambers {
   /// Numbers of the joined chambers, ascending.
   const std::vector<int>& joined() const { return joined_; }
   bool is_joined(int chamber) const { return is_joined_[chamber]; }
-  /// The joined chambers that are vessels of a network.
+  /// The joined chambers that are vessels of a network, which may have those of other objects, too.
   struct Vessels {
     std::vector<int> chambers;  ///< of each vessel, ascending
-    std::vector<int>
-        of_chamber;  ///< the vessel with the gas inside the wall of each chamber; -1: none, it is not joined
+    /// Number in the network of the vessel with the gas inside the wall of each chamber; -1: none, it is not joined.
+    std::vector<int> of_chamber;
 
     /// Number of the vessel with the gas of a chamber. @param chamber below 0: GasNetwork::ambient
     int number(int chamber) const { return chamber < 0 ? GasNetwork::ambient : of_chamber[chamber]; }
   };
-  Vessels vessels(const GasExchange& exchange) const;
+  /// @param first number in the network of the first vessel
+  Vessels vessels(const GasExchange& exchange, int first = 0) const;
   GasNetwork::Vessel vessel(int chamber) const;
   /// c_v of a mole of a joined chamber's gas [J/(mol K)].
   double heat_capacity(int chamber) const { return gas_constant / (of(chamber).gamma - 1); }
@@ -177,14 +178,17 @@ class Chambers {
   ChamberWalls walls(const GasExchange& exchange, const Field& positions, const Eigen::Vector3d& gravity,
                      double time) const;
   double heat_transfer(int chamber) const { return of(chamber).options.heat_transfer; }  ///< [W/(m^2 K)]
-  /// Data of the network's step for these chambers alone. @param walls W at its end [m^3]
-  GasNetwork::Step network_step(const GasStep& start, const Eigen::VectorXd& walls, double time) const;
+  /// Adds the data of these chambers to those of a network's step. @param walls W at its end [m^3]
+  void add_to_step(GasNetwork::Step& step, const GasStep& start, const Vessels& vessels, const Eigen::VectorXd& walls,
+                   double time) const;
   /// The exchange at the end of the step. A chamber becomes open if its holes are larger than a tenth of its remaining
   /// wall and its pressure is within a hundred thousandth of that outside, or if its holes are larger than the wall; if
   /// it is inside another, it becomes a part of that one instead.
+  /// @param links number in the network of each of `links`; -1: nothing flows
   /// @param walls W at the end [m^3] @param caps part of the change of W that the caps of holes have swept [m^3]
-  /// @param time at the end [s] @param end solution of network_step, with the flows of `links`
-  GasExchange end_step(const GasStep& start, const Eigen::VectorXd& walls, const Eigen::VectorXd& caps, double time,
+  /// @param time at the end [s] @param end of the network
+  GasExchange end_step(const GasStep& start, const Vessels& vessels, const std::vector<int>& links,
+                       const Eigen::VectorXd& walls, const Eigen::VectorXd& caps, double time,
                        const GasNetwork::End& end) const;
 
   /// Message that names a balance of a joined chamber that does not close to 1e-10 of its terms; empty if all close.
@@ -233,11 +237,8 @@ class Chambers {
   Eigen::SparseMatrix<double> volume_gradients(const Field& positions, int only) const;
   void set_amounts();
   void find_joined();
-  void become_part(GasExchange& exchange, int chamber, double time) const;
   double pressure_outside(const GasExchange& exchange, const Vessels& vessels, int chamber,
                           const GasNetwork::End& end) const;
-  void add_link_flows(GasExchange& exchange, Eigen::VectorXd& energy, const Vessels& vessels,
-                      const GasNetwork::End& end) const;
   std::pair<double, double> energy_balance(int chamber, double from, double to, double heat, double end_heat,
                                            double energy) const;
   void open_chambers(GasExchange& exchange, const GasStep& start, const Vessels& vessels, double time,

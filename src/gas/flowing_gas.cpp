@@ -69,7 +69,7 @@ int FlowingGas::end_elsewhere(const std::string& name, const std::string& link) 
   for (std::size_t object = 0; object < objects(); ++object) {
     for (const Chambers::Link& other : chambers(object).links()) {
       if (objects_[object].name == of_object && other.name == link) {
-        return vessel(object, other.from == Chambers::elsewhere ? other.to : other.from);
+        return vessels_[object].number(other.from == Chambers::elsewhere ? other.to : other.from);
       }
     }
   }
@@ -77,25 +77,23 @@ int FlowingGas::end_elsewhere(const std::string& name, const std::string& link) 
 }
 
 void FlowingGas::make_network() {
-  first_vessel_ = {0};
   vessels_.clear();
   inside_.clear();
   std::vector<GasNetwork::Vessel> vessels;
   for (std::size_t object = 0; object < objects(); ++object) {
     inside_.push_back(exchange(object).inside);
-    vessels_.push_back(chambers(object).vessels(exchange(object)));
+    vessels_.push_back(chambers(object).vessels(exchange(object), static_cast<int>(vessels.size())));
     for (const int chamber : vessels_.back().chambers) {
       vessels.push_back(chambers(object).vessel(chamber));
     }
-    first_vessel_.push_back(static_cast<int>(vessels.size()));
   }
   network_ = GasNetwork(std::move(vessels), network_links(), chambers(0).gas_options());
   within_.clear();
   beyond_.clear();
   for (std::size_t object = 0; object < objects(); ++object) {
     for (const int chamber : chambers(object).joined()) {
-      const int outside = vessel(object, exchange(object).gas_outside(chamber));
-      within_.push_back(vessel(object, chamber));
+      const int outside = vessels_[object].number(exchange(object).gas_outside(chamber));
+      within_.push_back(vessels_[object].number(chamber));
       beyond_.push_back(outside < 0 ? network_.count() : outside);
     }
   }
@@ -108,7 +106,7 @@ std::vector<GasNetwork::Link> FlowingGas::network_links() {
   for (std::size_t object = 0; object < objects(); ++object) {
     for (const Chambers::Link& link : chambers(object).links()) {
       const auto end_of = [&](int end, const std::string& name) {
-        return end == Chambers::elsewhere ? end_elsewhere(name, link.name) : vessel(object, end);
+        return end == Chambers::elsewhere ? end_elsewhere(name, link.name) : vessels_[object].number(end);
       };
       const int from = end_of(link.from, link.options.from);
       const int to = end_of(link.to, link.options.to);
@@ -138,24 +136,13 @@ void FlowingGas::begin_step() {
 }
 
 GasNetwork::Step FlowingGas::network_step(const Walls& walls, double time) const {
-  GasNetwork::Step all = chambers(0).network_step(*objects_[0].step, walls[0], time);
-  for (std::size_t object = 1; object < objects(); ++object) {
-    using Step = GasNetwork::Step;
-    const Step own = chambers(object).network_step(*objects_[object].step, walls[object], time);
-    const int first = first_vessel_[object];
-    for (GasNetwork::Leak leak : own.leaks) {
-      leak.vessel += first;
-      leak.outside += leak.outside < 0 ? 0 : first;
-      all.leaks.push_back(leak);
-    }
-    for (const auto values :
-         {&Step::volume, &Step::start_volume, &Step::temperature, &Step::conductance, &Step::wall_temperature}) {
-      (all.*values).conservativeResize((all.*values).size() + (own.*values).size());
-      (all.*values).tail((own.*values).size()) = own.*values;
-    }
-    all.gas.insert(all.gas.end(), own.gas.begin(), own.gas.end());
+  GasNetwork::Step step;
+  step.time = time;
+  step.h = objects_[0].step->h;
+  for (std::size_t object = 0; object < objects(); ++object) {
+    chambers(object).add_to_step(step, *objects_[object].step, vessels_[object], walls[object], time);
   }
-  return all;
+  return step;
 }
 
 GasNetwork::End FlowingGas::solve(const GasNetwork::Step& step) const {
@@ -175,7 +162,7 @@ std::vector<GasState> FlowingGas::end_states(std::size_t object, const Walls& wa
   const Chambers& own = chambers(object);
   std::vector<GasState> states = own.states_against_ambient(exchange(object), walls[object], time);
   for (const int chamber : vessels_[object].chambers) {
-    const int number = vessel(object, chamber);
+    const int number = vessels_[object].number(chamber);
     GasState& gas = states[chamber];
     if (!end.converged) {
       gas.pressure = std::numeric_limits<double>::quiet_NaN();
@@ -198,8 +185,8 @@ Eigen::MatrixXd FlowingGas::slopes(const GasNetwork::Step& step, const GasNetwor
   for (std::size_t object = 0; object < objects(); ++object) {
     for (const int chamber : vessels_[object].chambers) {
       if (exchange(object).is_open(chamber)) {
-        of_vessels.row(vessel(object, chamber)).setZero();
-        of_vessels.col(vessel(object, chamber)).setZero();
+        of_vessels.row(vessels_[object].number(chamber)).setZero();
+        of_vessels.col(vessels_[object].number(chamber)).setZero();
       }
     }
   }
@@ -210,60 +197,37 @@ Eigen::MatrixXd FlowingGas::slopes(const GasNetwork::Step& step, const GasNetwor
 
 GasExchange FlowingGas::end_step(std::size_t object, const Walls& walls, const Walls& caps,
                                  const GasNetwork::Step& step, const GasNetwork::End& end) const {
-  const int first = first_vessel_[object];
-  const int count = first_vessel_[object + 1] - first;
-  GasNetwork::End own;
-  own.gas.assign(end.gas.begin() + first, end.gas.begin() + first + count);
-  own.pressure = end.pressure.segment(first, count);
-  own.temperature = end.temperature.segment(first, count);
-  own.leak = end.leak.segment(first, count);
-  own.leak_enthalpy = end.leak_enthalpy.segment(first, count);
-  own.wall_heat = end.wall_heat.segment(first, count);
-  own.flow.setZero(static_cast<Eigen::Index>(link_of_[object].size()));
-  own.enthalpy = own.flow;
-  for (Eigen::Index link = 0; link < own.flow.size(); ++link) {
-    if (const int number = link_of_[object][link]; number >= 0) {
-      own.flow[link] = end.flow[number];
-      own.enthalpy[link] = end.enthalpy[number];
-    }
-  }
-  return chambers(object).end_step(*objects_[object].step, walls[object], caps[object], step.time, own);
-}
-
-/// First guess of W at the end of a step: as if no chamber were joined; of chambers inside others, and of those round
-/// them, W at the beginning.
-Eigen::VectorXd FlowingGas::walls_moved_alone(std::size_t object, const Response& response, double time) const {
-  const Chambers& own = chambers(object);
-  const GasExchange& exchange = this->exchange(object);
-  Eigen::VectorXd walls = exchange.last_volumes();
-  std::vector<bool> is_nested(own.count());
-  for (int chamber = 0; chamber < own.count(); ++chamber) {
-    if (const int outside = exchange.gas_outside(chamber); outside >= 0) {
-      is_nested[chamber] = true;
-      is_nested[outside] = true;
-    }
-  }
-  for (int chamber = 0; chamber < own.count(); ++chamber) {
-    if (!is_nested[chamber]) {
-      walls[chamber] = moved_wall(own, exchange, chamber, response.walls[chamber], response.compliance[chamber], time);
-    }
-  }
-  return walls;
+  return chambers(object).end_step(*objects_[object].step, vessels_[object], link_of_[object], walls[object],
+                                   caps[object], step.time, end);
 }
 
 FlowingGas::Walls FlowingGas::moved_walls(Walls walls, const std::vector<Response>& responses, double time) const {
   std::vector<MovedWall> moved;
   int number = 0;
   for (std::size_t object = 0; object < objects(); ++object) {
-    const Response& response = responses[object];
-    if (response.compliance.size() == 0) {
-      number += static_cast<int>(chambers(object).joined().size());
+    const Chambers& own = chambers(object);
+    const auto& [free, compliance] = responses[object];
+    if (compliance.size() == 0) {
+      number += static_cast<int>(own.joined().size());
       continue;
     }
-    walls[object] = walls_moved_alone(object, response, time);
-    for (const int chamber : chambers(object).joined()) {
-      moved.push_back({object, chamber, number, response.walls[chamber], response.compliance[chamber]});
-      ++number;
+    // First guess: as if no chamber were joined; of chambers inside others, and of those round them, W at the
+    // beginning.
+    std::vector<bool> is_nested(own.count());
+    for (int chamber = 0; chamber < own.count(); ++chamber) {
+      if (const int outside = exchange(object).gas_outside(chamber); outside >= 0) {
+        is_nested[chamber] = true;
+        is_nested[outside] = true;
+      }
+    }
+    walls[object] = exchange(object).last_volumes();
+    for (int chamber = 0; chamber < own.count(); ++chamber) {
+      if (!is_nested[chamber]) {
+        walls[object][chamber] = moved_wall(own, exchange(object), chamber, free[chamber], compliance[chamber], time);
+      }
+    }
+    for (const int chamber : own.joined()) {
+      moved.push_back({object, chamber, number++, free[chamber], compliance[chamber]});
     }
   }
   if (!moved.empty()) {

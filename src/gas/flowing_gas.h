@@ -61,7 +61,6 @@ class FlowingGas {
  private:
   void make_network();
   std::vector<GasNetwork::Link> network_links();
-  Eigen::VectorXd walls_moved_alone(std::size_t object, const Response& response, double time) const;
   /// A wall of a joined chamber that its pressure moves.
   struct MovedWall {
     std::size_t object;
@@ -72,14 +71,9 @@ class FlowingGas {
   };
   void balance_walls(Walls& walls, const std::vector<MovedWall>& moved, double time) const;
   const GasExchange& exchange(std::size_t object) const { return *objects_[object].step->exchange; }
-  /// Number in the network of the vessel with an object's gas. @param chamber below 0: GasNetwork::ambient
-  int vessel(std::size_t object, int chamber) const {
-    return chamber < 0 ? GasNetwork::ambient : first_vessel_[object] + vessels_[object].of_chamber[chamber];
-  }
   int end_elsewhere(const std::string& name, const std::string& link) const;
 
   std::vector<Object> objects_;
-  std::vector<int> first_vessel_;  ///< number of each object's first vessel, and the count of all
   GasNetwork network_;
   std::vector<std::vector<int>> link_of_;      ///< number in the network of each object's links; -1: no flow
   std::vector<Chambers::Vessels> vessels_;     ///< of each object, as in the network

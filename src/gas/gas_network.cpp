@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "base/error.h"
-#include "base/units.h"
+#include "gas/chamber_keys.h"
 #include "geometry/key_points.h"
 
 namespace pellicle {
@@ -15,25 +15,16 @@ inline namespace gas {
 
 namespace {
 
-void require_key_points(const std::string& key, const Rows& rows, double lowest, double highest) {
-  if (const std::string fault = fault_of_key_points(rows, {"time", "value"}); !fault.empty()) {
-    throw Error(key + ": " + fault);
-  }
-  for (const auto& row : rows) {
-    if (!(row[1] >= lowest && row[1] <= highest)) {
-      throw Error(key + ": " + number_text(row[1]) + " at " + number_text(row[0]) + " s, expected at least " +
-                  number_text(lowest) + (std::isfinite(highest) ? " and at most " + number_text(highest) : ""));
-    }
-  }
-}
-
 void require_valid(const std::string& name, const LinkOptions& options) {
   if (options.area.has_value() == !options.flow.empty()) {
     throw Error(name + ": " + (options.area ? "both" : "neither") + " area " + (options.area ? "and" : "nor") +
                 " flow given, expected one of them");
   }
-  require_key_points(name + ".opens", options.opens, 0, 1);
-  require_key_points(name + ".flow", options.flow, 0, std::numeric_limits<double>::infinity());
+  require_key_points(
+      name + ".opens", options.opens, [](double share) { return share >= 0 && share <= 1; },
+      "at least 0 and at most 1");
+  require_key_points(
+      name + ".flow", options.flow, [](double flow) { return flow >= 0; }, "at least 0");
 }
 
 /// Derivatives by one vessel's amount, heat and volume, in this order.

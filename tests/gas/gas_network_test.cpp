@@ -268,7 +268,7 @@ TEST(GasNetwork, slopes_are_derivatives_of_the_pressures_by_the_volumes) {
 TEST(GasNetwork, bad_links_are_named) {
   const auto message = [](const GasNetwork::Link& link) {
     try {
-      GasNetwork({vessel(false), {"b", false, 1.2, volume}}, {link}, GasOptions());
+      GasNetwork({vessel(false), {false, 1.2, volume}}, {link}, GasOptions());
     } catch (const Error& error) {
       return std::string(error.what());
     }
