@@ -111,8 +111,13 @@ std::vector<double> StressAverage::of(const std::vector<double>& tension, const 
       square_.data()[i] /= weight;
     }
   }
-  average(tension_, active);
-  average(square_, active);
+  for (Field* values : {&tension_, &square_}) {  // right at the owned particles, all of whose elements are local
+    values->update_ghosts();
+    const StageResult averaged = conduction_.advance(*values, {rest_, mass_, active, time_step});
+    if (!averaged.converged) {
+      throw Error("ablation.strength_length: stress cannot be averaged: " + averaged.reason);
+    }
+  }
 
   std::vector<double> result(tension.size(), 0);
   for (std::size_t e = 0; e < result.size(); ++e) {
@@ -127,15 +132,6 @@ std::vector<double> StressAverage::of(const std::vector<double>& tension, const 
     result[e] = s > 0 ? square / s : 0;
   }
   return result;
-}
-
-/// @param values right at the owned particles, all of whose elements are local
-void StressAverage::average(Field& values, const ActiveSet& active) {
-  values.update_ghosts();
-  const StageResult result = conduction_.advance(values, {rest_, mass_, active, time_step});
-  if (!result.converged) {
-    throw Error("ablation.strength_length: stress cannot be averaged: " + result.reason);
-  }
 }
 
 }  // namespace ablation

@@ -39,8 +39,6 @@ class StressAverage {
   double least_length() const { return least_length_; }
 
  private:
-  void average(Field& values, const ActiveSet& active);
-
   const Surface& surface_;
   Field own_length_;  ///< over which the elements round each local particle average by themselves [m]
   double least_length_ = 0;

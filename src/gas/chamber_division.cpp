@@ -45,10 +45,17 @@ Chambers::WallParts Chambers::wall_parts(const std::vector<PetscInt>& piece, con
   return walls;
 }
 
-/// Chambers inside those whose walls have parts, each with the part that winds round it most. Collective.
-std::vector<std::pair<int, int>> Chambers::nested_in_parts(const WallParts& walls, const GasExchange& exchange,
-                                                           const Field& positions) const {
-  std::vector<std::pair<int, int>> nested;
+std::optional<Chambers::Division> Chambers::divided(const std::vector<PetscInt>& piece, const GasExchange& exchange,
+                                                    const Field& positions, double time) const {
+  const WallParts walls = wall_parts(piece, exchange);
+  const auto are_alike = [](const WallParts::Part& a, const WallParts::Part& b) { return a.first == b.first; };
+  if (std::adjacent_find(walls.parts.begin(), walls.parts.end(), are_alike) == walls.parts.end()) {
+    return std::nullopt;
+  }
+  const Rims rims(*surface_, walls.of_triangle, origin_, planes_);
+  Eigen::VectorXd volume = volumes(positions, walls.of_triangle, rims, walls.count());  // of the gas in each part
+  const Eigen::VectorXd enclosed = volumes(positions);
+  std::vector<std::pair<int, int>> nested;  // chambers inside parts, each with the part that winds round it most
   for (int chamber = 0; chamber < count(); ++chamber) {
     const int round = exchange.gas_outside(chamber);
     if (exchange.is_part(chamber) || round < 0) {
@@ -63,24 +70,8 @@ std::vector<std::pair<int, int>> Chambers::nested_in_parts(const WallParts& wall
     }
     if (most >= 0) {
       nested.emplace_back(chamber, most);
+      volume[most] -= enclosed[chamber];
     }
-  }
-  return nested;
-}
-
-std::optional<Chambers::Division> Chambers::divided(const std::vector<PetscInt>& piece, const GasExchange& exchange,
-                                                    const Field& positions, double time) const {
-  const WallParts walls = wall_parts(piece, exchange);
-  const auto are_alike = [](const WallParts::Part& a, const WallParts::Part& b) { return a.first == b.first; };
-  if (std::adjacent_find(walls.parts.begin(), walls.parts.end(), are_alike) == walls.parts.end()) {
-    return std::nullopt;
-  }
-  const Rims rims(*surface_, walls.of_triangle, origin_, planes_);
-  Eigen::VectorXd volume = volumes(positions, walls.of_triangle, rims, walls.count());  // of the gas in each part
-  const Eigen::VectorXd enclosed = volumes(positions);
-  const std::vector<std::pair<int, int>> nested = nested_in_parts(walls, exchange, positions);
-  for (const auto& [chamber, part] : nested) {
-    volume[part] -= enclosed[chamber];
   }
 
   Division division{chamber_of_element_, exchange, {}};

@@ -245,8 +245,6 @@ class Chambers {
                      const GasNetwork::End& end) const;
   struct WallParts;
   WallParts wall_parts(const std::vector<PetscInt>& piece, const GasExchange& exchange) const;
-  std::vector<std::pair<int, int>> nested_in_parts(const WallParts& walls, const GasExchange& exchange,
-                                                   const Field& positions) const;
   std::vector<int> divide_gas(Division& division, const WallParts& walls, const Eigen::VectorXd& volume,
                               double time) const;
   int number_of(const std::string& name, const std::string& key, const std::string& others) const;

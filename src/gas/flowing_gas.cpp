@@ -42,15 +42,14 @@ double moved_wall(const Chambers& chambers, const GasExchange& exchange, int cha
 void require_alike(const FlowingGas::Object& first, const FlowingGas::Object& other) {
   const GasOptions& a = first.chambers->gas_options();
   const GasOptions& b = other.chambers->gas_options();
-  const auto require = [&](const std::string& key, double of_first, double of_other) {
-    if (of_first != of_other) {
-      throw Error(other.name + ": " + key + ": " + number_text(of_other) + ", expected " + number_text(of_first) +
+  for (const auto& [key, value] : {std::pair("gas.ambient_pressure", &GasOptions::ambient_pressure),
+                                   std::pair("gas.ambient_temperature", &GasOptions::ambient_temperature),
+                                   std::pair("gas.molar_mass", &GasOptions::molar_mass)}) {
+    if (a.*value != b.*value) {
+      throw Error(other.name + ": " + key + ": " + number_text(b.*value) + ", expected " + number_text(a.*value) +
                   " as of " + first.name + ", to whose chambers its own are linked");
     }
-  };
-  require("gas.ambient_pressure", a.ambient_pressure, b.ambient_pressure);
-  require("gas.ambient_temperature", a.ambient_temperature, b.ambient_temperature);
-  require("gas.molar_mass", a.molar_mass, b.molar_mass);
+  }
 }
 
 }  // namespace
@@ -146,15 +145,9 @@ GasNetwork::Step FlowingGas::network_step(const Walls& walls, double time) const
 }
 
 GasNetwork::End FlowingGas::solve(const GasNetwork::Step& step) const {
-  if (network_.count() == 0) {
-    return {};
-  }
-  if (!(step.volume.minCoeff() > 0)) {
-    GasNetwork::End end;
-    end.converged = false;
-    return end;
-  }
-  return network_.solve(step);
+  GasNetwork::End end;
+  end.converged = network_.count() == 0;
+  return end.converged || !(step.volume.minCoeff() > 0) ? end : network_.solve(step);
 }
 
 std::vector<GasState> FlowingGas::end_states(std::size_t object, const Walls& walls, double time,

@@ -163,15 +163,14 @@ std::vector<Rims::Cap> Rims::caps(const Field& positions) const {
     const Eigen::Vector3d cone = sum.segment<3>(3);
     // In the whole loop the parts across the planes cancel.
     const Eigen::Vector3d area = rims_[rim].projector * (cone + middle.cross(Eigen::Vector3d(sum.tail<3>())));
-    caps.push_back({origin_ + middle, area, middle.dot(cone) / 3});
+    caps.push_back({rims_[rim].chamber, origin_ + middle, area, middle.dot(cone) / 3});
   }
   return caps;
 }
 
 void Rims::add_volumes(const Field& positions, Eigen::VectorXd& volumes) const {
-  const std::vector<Cap> all = caps(positions);
-  for (std::size_t rim = 0; rim < all.size(); ++rim) {
-    volumes[rims_[rim].chamber] += all[rim].volume;
+  for (const Cap& cap : caps(positions)) {
+    volumes[cap.chamber] += cap.volume;
   }
 }
 

@@ -15,14 +15,6 @@
 namespace pellicle {
 inline namespace heat {
 
-namespace {
-
-constexpr int most_solves = 20;  ///< of a step
-
-Eigen::Map<Eigen::VectorXd> owned_values(double* values, Eigen::Index size) { return {values, size}; }
-
-}  // namespace
-
 Conduction::Conduction(const Surface& surface, const HeatOptions& options,
                        const std::vector<double>& diffusivity_factor)
     : surface_(surface),
@@ -138,10 +130,10 @@ void Conduction::multiply_vector(Vec x, Vec product) {
 void Conduction::multiply(const double* x, double* product) {
   const PetscInt owned = surface_.particles.owned;
   const Eigen::Map<const Eigen::VectorXd> given(x, owned);
-  owned_values(exchange_.data(), owned) = given;
+  Eigen::Map<Eigen::VectorXd>(exchange_.data(), owned) = given;
   exchange_.update_ghosts();
   graph_.add_up_inflow(exchange_, sum_);  // -h K x
-  owned_values(product, owned) = graph_.capacity.cwiseProduct(given) - sum_.head(owned);
+  Eigen::Map<Eigen::VectorXd>(product, owned) = graph_.capacity.cwiseProduct(given) - sum_.head(owned);
   check(PetscLogFlops(2.0 * static_cast<double>(owned)));
 }
 
@@ -169,9 +161,10 @@ StageResult Conduction::advance(Field& temperature, const ConductionInput& input
   update_operator(input);
   const double limit = limit_of_remainder(temperature);
   const PetscInt owned = surface_.particles.owned;
-  auto before = owned_values(temperature.data(), owned);
-  auto after = owned_values(estimate_.data(), owned);
+  Eigen::Map<Eigen::VectorXd> before(temperature.data(), owned);
+  Eigen::Map<Eigen::VectorXd> after(estimate_.data(), owned);
   estimate_.values() = temperature.values();
+  constexpr int most_solves = 20;
   StageResult result;
   double largest = 0;
   for (int solves = 0; solves < most_solves; ++solves) {
