@@ -1,6 +1,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -29,6 +30,20 @@ Eigen::VectorXd sum_over_triangles(const Surface& surface, const Field& position
   }
   sum_over_ranks(surface.comm(), sum);
   return sum;
+}
+
+/// Force of the jet on the surface that it leaves, over the area times the discharge coefficient: the momentum of the
+/// flow and, where it is choked, the excess of its pressure over that outside [Pa]. 0 if nothing flows out.
+/// @param upstream absolute pressure [Pa] @param downstream absolute pressure [Pa] @param gamma ratio of the heat
+/// capacities
+double jet_thrust(double upstream, double downstream, double gamma) {
+  if (!(upstream > downstream)) {
+    return 0;
+  }
+  const double choked = std::pow(2 / (gamma + 1), gamma / (gamma - 1));
+  const double outlet = std::max(downstream, choked * upstream);
+  const double squared_mach = 2 / (gamma - 1) * std::expm1((gamma - 1) / gamma * std::log(upstream / outlet));
+  return gamma * outlet * squared_mach + outlet - downstream;
 }
 
 }  // namespace

@@ -170,21 +170,52 @@ GasNetwork::Balance::Local GasNetwork::Balance::state_of(const Vessel& vessel, c
   return local;
 }
 
+/// An ideal gas that flows through an orifice without friction or heat, up to the speed of sound (Saint-Venant and
+/// Wantzel 1839): with r the ratio of the pressures, M the molar mass and g = gamma,
+///
+///     flow = A p / sqrt(M R T) sqrt(2 g/(g - 1) (r^(2/g) - r^((g + 1)/g))),
+///
+/// where r is not less than (2/(g + 1))^(g/(g - 1)), at which the flow is choked. Within a millionth of r = 1 it is in
+/// proportion to the difference of the pressures, so that its derivatives are finite everywhere.
+/// @param area of the orifice times the discharge coefficient [m^2] @param gamma ratio of the heat capacities
 GasNetwork::Balance::Flow GasNetwork::Balance::through_orifice(double area, double gamma, const Local& from,
                                                                const Local& to) const {
   const bool is_forward = from.pressure >= to.pressure;
   const Local& up = is_forward ? from : to;
   const Local& down = is_forward ? to : from;
+  double flow = 0;            // [mol/s]
+  double by_upstream = 0;     // by the pressure upstream [mol/(s Pa)]
+  double by_downstream = 0;   // by the pressure downstream, 0 where the flow is choked [mol/(s Pa)]
+  double by_temperature = 0;  // by the temperature upstream [mol/(s K)]
+  if (up.pressure > 0) {
+    constexpr double least_drop = 1e-6;  // 1 - r, below which the flow is in proportion to it
+    const double drop = std::min((up.pressure - down.pressure) / up.pressure, 1.0);
+    const double choked = gamma / (gamma - 1) * std::log(2 / (gamma + 1));
+    const double log_ratio = std::max(std::log1p(-std::max(drop, least_drop)), choked);
+    // f(r) = sqrt(2 g/(g - 1) r^(2/g) (1 - r^((g - 1)/g))) and r df/dr.
+    const double lost = -std::expm1((gamma - 1) / gamma * log_ratio);
+    double shape = std::sqrt(2 * gamma / (gamma - 1) * std::exp(2 / gamma * log_ratio) * lost);
+    double slope = shape * (1 / gamma - (gamma - 1) / (2 * gamma) * (1 - lost) / lost);
+    if (log_ratio == choked) {
+      slope = 0;
+    } else if (drop < least_drop) {
+      slope = -shape / least_drop * (1 - drop);
+      shape *= drop / least_drop;
+    }
+    const double scale = area / std::sqrt(network_->gas_.molar_mass * gas_constant * up.temperature);
+    flow = scale * up.pressure * shape;
+    by_upstream = scale * (shape - slope);
+    by_downstream = down.pressure > 0 ? scale * slope * up.pressure / down.pressure : 0;
+    by_temperature = -flow / (2 * up.temperature);
+  }
   const std::size_t upstream = is_forward ? 0 : 1;
-  const OrificeFlow orifice =
-      orifice_flow(area, up.pressure, down.pressure, up.temperature, gamma, network_->gas_.molar_mass);
   const double sign = is_forward ? 1 : -1;
   Flow result;
-  result.flow = sign * orifice.flow;
+  result.flow = sign * flow;
   result.temperature = up.temperature;
   result.temperature_by[upstream] = up.temperature_by;
-  result.by[upstream] = sign * (orifice.by_upstream * up.pressure_by + orifice.by_temperature * up.temperature_by);
-  result.by[1 - upstream] = sign * orifice.by_downstream * down.pressure_by;
+  result.by[upstream] = sign * (by_upstream * up.pressure_by + by_temperature * up.temperature_by);
+  result.by[1 - upstream] = sign * by_downstream * down.pressure_by;
   return result;
 }
 
@@ -279,18 +310,6 @@ void GasNetwork::Balance::add_wall_heat(int vessel) {
   add_energy(vessel, heat, {{vessel, -conductance * local[vessel].temperature_by}});
 }
 
-/// Scales of amounts and heats, by which residuals and changes are measured (2 x vessels).
-Eigen::VectorXd GasNetwork::scales(const Step& step) const {
-  Eigen::VectorXd scale(2 * count());
-  for (int i = 0; i < count(); ++i) {
-    const VesselGas& start = step.gas[i];
-    const double heat = std::max(gas_.ambient_pressure * vessel(i).reference_volume / gas_constant, start.heat);
-    scale[2 * i] = std::max(heat / gas_.ambient_temperature, start.amount);
-    scale[2 * i + 1] = heat > 0 ? heat : 1;
-  }
-  return scale;
-}
-
 GasNetwork::End GasNetwork::solve(const Step& step) const {
   constexpr int most_iterations = 100;
   constexpr double rounding = 1e-14;   // fractions of amounts and heats: at which iterations end,
@@ -299,7 +318,13 @@ GasNetwork::End GasNetwork::solve(const Step& step) const {
   // Factor by which a whole iteration has to reduce the residual: between flows like the square root of a difference of
   // pressures, forwards and backwards, Newton's method jumps back and forth.
   constexpr double least_gain = 0.1;
-  const Eigen::VectorXd scale = scales(step);
+  Eigen::VectorXd scale(2 * count());  // of amounts and heats, by which residuals and changes are measured
+  for (int i = 0; i < count(); ++i) {
+    const VesselGas& start = step.gas[i];
+    const double heat = std::max(gas_.ambient_pressure * vessel(i).reference_volume / gas_constant, start.heat);
+    scale[2 * i] = std::max(heat / gas_.ambient_temperature, start.amount);
+    scale[2 * i + 1] = heat > 0 ? heat : 1;
+  }
   const auto size = [&](const Eigen::VectorXd& values) {
     return values.cwiseQuotient(scale).lpNorm<Eigen::Infinity>();
   };

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "gas/gas_options.h"
-#include "gas/orifice.h"
 
 namespace pellicle {
 inline namespace gas {
@@ -95,8 +94,6 @@ class GasNetwork {
 
  private:
   class Balance;
-
-  Eigen::VectorXd scales(const Step& step) const;
 
   std::vector<Vessel> vessels_;
   std::vector<Link> links_;
