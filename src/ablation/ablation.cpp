@@ -31,7 +31,7 @@ SpringState spring_state(double level_0, double level_1) {
 bool Ablation::burn_away(ActiveSet& active, const std::vector<double>& level) {
   const auto has_burnt = [&level](PetscInt particle) { return level[particle] < 0; };
   bool died = false;
-  for (std::size_t t = 0; t < owned_triangles(); ++t) {
+  for (PetscInt t = 0; t < owned_triangles(); ++t) {
     const auto& [a, b, c] = surface_.triangles[t];
     if (active.triangles[t] && has_burnt(a) && has_burnt(b) && has_burnt(c)) {
       active.triangles[t] = false;
@@ -46,7 +46,7 @@ bool Ablation::crack(ActiveSet& active, const std::vector<PetscInt>& sides) {
     return false;
   }
   // A side of this rank's springs may belong to another rank's cell, which that rank marks.
-  std::vector<ElementFlags> marks(elements(), ElementFlags{});
+  std::vector<ElementFlags> marks(surface_.elements.local());
   const std::size_t per_element = surface_.sides_per_element();
   for (const PetscInt blue : sides) {
     for (const PetscInt of_element : surface_.sides_along(blue)) {
@@ -66,7 +66,7 @@ bool Ablation::spread(ActiveSet& active, bool died) {
     return false;
   }
   const auto update = [this](std::vector<bool>& flags, std::size_t per_element) {
-    std::vector<ElementFlags> of_elements(elements(), ElementFlags{});
+    std::vector<ElementFlags> of_elements(surface_.elements.local());
     for (std::size_t k = 0; k < flags.size(); ++k) {
       of_elements[k / per_element][k % per_element] = flags[k];
     }
@@ -100,10 +100,9 @@ bool Ablation::spread(ActiveSet& active, bool died) {
 
 std::vector<bool> Ablation::particles_with_surface(const ActiveSet& active) const {
   std::vector<std::array<bool, 1>> flags(surface_.particles.local());
-  for (std::size_t t = 0; t < owned_triangles(); ++t) {
+  for (PetscInt t = 0; t < owned_triangles(); ++t) {
     for (const PetscInt particle : surface_.triangles[t]) {
-      bool& flag = flags[particle][0];
-      flag = flag || active.triangles[t];
+      flags[particle][0] |= active.triangles[t];
     }
   }
   gather_flags(surface_.particles, flags);

@@ -55,10 +55,7 @@ class Ablation {
  private:
   /// A flag for each surface triangle, or each side, of an element.
   using ElementFlags = std::array<bool, 4>;
-  std::size_t elements() const { return static_cast<std::size_t>(surface_.elements.local()); }
-  std::size_t owned_triangles() const {
-    return static_cast<std::size_t>(surface_.triangles_per_element * surface_.elements.owned);
-  }
+  PetscInt owned_triangles() const { return surface_.triangles_per_element * surface_.elements.owned; }
 
   /// Sends the active triangles and sides of owned elements, and then the active owned springs, to other ranks.
   /// @param died whether a triangle of this rank's elements has died

@@ -68,16 +68,9 @@ double largest_eigenvalue(const Eigen::Matrix3d& stress) {
 
 }  // namespace
 
-double share_of_strength(double mass_ratio, double min_mass, double char_strength) {
-  // A material that loses no mass has no char.
-  const double unburnt = min_mass < 1 ? std::clamp((mass_ratio - min_mass) / (1 - min_mass), 0.0, 1.0) : 1;
-  return char_strength + (1 - char_strength) * unburnt;
-}
-
 Cracks::Cracks(const Surface& surface, const AblationOptions& options, const std::vector<double>& texture)
     : surface_(surface),
-      char_strength_(options.char_strength),
-      strength_length_(options.strength_length),
+      options_(options),
       texture_(texture),
       element_strength_(surface.elements.local(), options.strength.value()),
       overload_(surface.of(Colour::blue).layout, 1),
@@ -137,13 +130,13 @@ std::vector<PetscInt> Cracks::sides(const CrackInput& input) {
 }
 
 std::string Cracks::remark() const {
-  if (!average_ || average_->least_length() <= strength_length_) {
+  if (!average_ || average_->least_length() <= options_.strength_length) {
     return "";
   }
   return "where a clamp, a notch or a crack concentrates stress, the load that makes it crack depends on the mesh: "
          "cells average the stress over up to " +
          number_text(average_->least_length()) + " m by themselves, more than ablation.strength_length " +
-         number_text(strength_length_) + " m";
+         number_text(options_.strength_length) + " m";
 }
 
 /// Whether a side counts on this rank; each counts on one. Springs of quads have one owner; an edge of a membrane is
@@ -158,8 +151,11 @@ bool Cracks::is_counted_here(std::size_t blue) const {
 Cracks::Strength Cracks::strength(const CrackInput& input, std::size_t blue) const {
   const auto [a, b] = surface_.of(Colour::blue).ends[blue];
   const auto left_at = [&](PetscInt particle) {
+    const double least = input.min_mass;
     const double left = input.mass.data()[particle] / surface_.initial_mass[particle];
-    return share_of_strength(left, input.min_mass, char_strength_);
+    // A material that loses no mass has no char.
+    const double unburnt = least < 1 ? std::clamp((left - least) / (1 - least), 0.0, 1.0) : 1;
+    return options_.char_strength + (1 - options_.char_strength) * unburnt;
   };
   const auto texture_at = [&](PetscInt particle) { return texture_.empty() ? 1 : texture_[particle]; };
   const double factor = (left_at(a) + left_at(b)) / 2 * (texture_at(a) + texture_at(b)) / 2;

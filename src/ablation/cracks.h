@@ -13,10 +13,6 @@
 namespace pellicle {
 inline namespace ablation {
 
-/// Share of the strength at a particle of a given mass (a fraction of the initial one, like m^min): linear,
-/// `char_strength` at m^min.
-double share_of_strength(double mass_ratio, double min_mass, double char_strength);
-
 /// Data of a step for cracks.
 struct CrackInput {
   const ActiveSet& active;
@@ -71,8 +67,7 @@ class Cracks {
   bool is_counted_here(std::size_t blue) const;
 
   const Surface& surface_;
-  double char_strength_;
-  double strength_length_;
+  AblationOptions options_;
   std::vector<double> texture_;           ///< of the local particles, or empty
   std::vector<double> element_strength_;  ///< of each local element, unburnt and without texture
   std::optional<StressAverage> average_;  ///< if there is a length over which to average

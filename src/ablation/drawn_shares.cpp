@@ -1,8 +1,9 @@
 #include "ablation/drawn_shares.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+
+#include "geometry/pressure_load.h"
 
 namespace pellicle {
 inline namespace ablation {
@@ -16,10 +17,6 @@ constexpr double least_share = 1e-9;
 std::array<PetscInt, 5> particles_of(const Sheet& sheet, std::size_t cell) {
   const std::array<PetscInt, 4>& corners = sheet.cells[cell];
   return {corners[0], corners[1], corners[2], corners[3], sheet.lattice[cell]};
-}
-
-double triangle_area(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
-  return 0.5 * (b - a).cross(c - a).norm();
 }
 
 Eigen::Vector3d place(const DrawnPoint& point, const Field& positions) {
@@ -38,7 +35,7 @@ double whole_area(const std::array<PetscInt, 4>& corners, const Field& positions
   }
   double area = 0;
   for (std::size_t k = 0; k < 4; ++k) {
-    area += triangle_area(positions.vector(corners[k]), positions.vector(corners[(k + 1) % 4]), centre);
+    area += area_vector(positions.vector(corners[k]), positions.vector(corners[(k + 1) % 4]), centre).norm();
   }
   return area;
 }
@@ -55,7 +52,7 @@ DrawnShares::DrawnShares(const Sheet& sheet, const ActiveSet& active, const Draw
       given_(sheet.particles, 1) {
   for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
     const auto corner = [&](std::size_t k) { return place(surface.points[surface.triangles[t][k]], positions); };
-    area_[surface.elements[t]] += triangle_area(corner(0), corner(1), corner(2));
+    area_[surface.elements[t]] += area_vector(corner(0), corner(1), corner(2)).norm();
   }
   for (std::size_t cell = 0; cell < area_.size(); ++cell) {
     const auto first = active.triangles.begin() + 4 * static_cast<std::ptrdiff_t>(cell);
@@ -76,22 +73,19 @@ DrawnShares::DrawnShares(const Sheet& sheet, const ActiveSet& active, const Draw
     // A lattice particle has half of its cell's initial mass, a corner an eighth of that of each cell at it.
     drawn_.data()[i] = std::min(1.0, weight_.data()[i] / ((sheet.is_lattice[i] ? 2 : 8) * sheet.initial_mass[i]));
   }
-  find_held(active);
-
-  const auto weight_of_takers = [this](std::size_t cell) {
-    double sum = 0;
-    for (const PetscInt i : particles_of(sheet_, cell)) {
-      sum += drawn_.data()[i];
-    }
-    return cell_weight_.data()[sheet_.lattice[cell]] * sum;
-  };
   for (std::size_t cell = 0; cell < area_.size(); ++cell) {
     for (const PetscInt i : particles_of(sheet, cell)) {
-      given_.data()[i] += weight_of_takers(cell);
+      giving_.push_back({i, cell});
     }
   }
-  for (const Held& constrained : constrained_) {
-    given_.data()[constrained.particle] += weight_of_takers(constrained.cell);
+  find_held(active);
+
+  for (const auto& [particle, cell] : giving_) {
+    double drawn = 0;  // of those that take it
+    for (const PetscInt i : particles_of(sheet, cell)) {
+      drawn += drawn_.data()[i];
+    }
+    given_.data()[particle] += cell_weight_.data()[sheet.lattice[cell]] * drawn;
   }
   given_.add_ghosts();
   given_.update_ghosts();
@@ -109,7 +103,7 @@ void DrawnShares::find_held(const ActiveSet& active) {
         for (const PetscInt triangle : springs.triangles[s]) {
           if (weight_.data()[end] == 0 && triangle >= 0 && active.triangles[triangle] && triangle / 4 != last) {
             last = triangle / 4;
-            constrained_.push_back({end, static_cast<std::size_t>(last)});
+            giving_.push_back({end, static_cast<std::size_t>(last)});
           }
         }
       }
@@ -120,20 +114,12 @@ void DrawnShares::find_held(const ActiveSet& active) {
 std::vector<double> DrawnShares::density(const Field& amount) const {
   // Amount that each cell passes on from undrawn or partly drawn particles, per fraction of the receivers.
   Field passed(sheet_.particles, 1);
-  const auto pass = [&](PetscInt particle, std::size_t cell) {
+  for (const auto& [particle, cell] : giving_) {
     const PetscInt lattice = sheet_.lattice[cell];
     if (given_.data()[particle] > 0) {
       passed.data()[lattice] += (1 - drawn_.data()[particle]) * amount.data()[particle] * cell_weight_.data()[lattice] /
                                 given_.data()[particle];
     }
-  };
-  for (std::size_t cell = 0; cell < area_.size(); ++cell) {
-    for (const PetscInt i : particles_of(sheet_, cell)) {
-      pass(i, cell);
-    }
-  }
-  for (const Held& constrained : constrained_) {
-    pass(constrained.particle, constrained.cell);
   }
   passed.add_ghosts();
 

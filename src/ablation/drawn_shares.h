@@ -28,8 +28,9 @@ class DrawnShares {
   std::vector<double> density(const Field& amount) const;
 
  private:
-  /// A particle none of whose cells is drawn, and a cell with an active triangle that shares one of its springs.
-  struct Held {
+  /// A particle, and a cell among whose particles it divides what it does not keep: one of its own, or if none of these
+  /// is drawn one with an active triangle that shares one of its springs.
+  struct Giving {
     PetscInt particle;
     std::size_t cell;
   };
@@ -37,12 +38,12 @@ class DrawnShares {
   void find_held(const ActiveSet& active);
 
   const Sheet& sheet_;
-  std::vector<double> area_;       ///< drawn area of the owned cells [m^2]
-  Field cell_weight_;              ///< initial mass of the drawn part of each cell, at its lattice particle [kg]
-  Field weight_;                   ///< sum of cell_weight_ over the cells of each particle [kg]
-  Field drawn_;                    ///< fraction of each particle's cells that is drawn
-  std::vector<Held> constrained_;  ///< pairs from springs of this rank
-  Field given_;                    ///< by each particle to others: the sum of the receivers' weights
+  std::vector<double> area_;    ///< drawn area of the owned cells [m^2]
+  Field cell_weight_;           ///< initial mass of the drawn part of each cell, at its lattice particle [kg]
+  Field weight_;                ///< sum of cell_weight_ over the cells of each particle [kg]
+  Field drawn_;                 ///< fraction of each particle's cells that is drawn
+  std::vector<Giving> giving_;  ///< of owned cells, then from springs of this rank
+  Field given_;                 ///< by each particle to others: the sum of the receivers' weights
 };
 
 }  // namespace ablation

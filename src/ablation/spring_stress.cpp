@@ -17,10 +17,6 @@ double active_share(const ActiveSet& active, std::size_t cell) {
   return static_cast<double>(std::count(first, first + 4, true)) / 4;
 }
 
-Eigen::Vector3d direction(const Field& position, const std::array<PetscInt, 2>& ends) {
-  return (position.vector(ends[1]) - position.vector(ends[0])).stableNormalized();
-}
-
 }  // namespace
 
 SpringStress::SpringStress(const Sheet& sheet)
@@ -36,7 +32,7 @@ const std::vector<Eigen::Matrix3d>& SpringStress::find(const ActiveSet& active,
     for (PetscInt s = 0; s < set.owned(); ++s) {
       const auto [a, b] = set.ends[s];
       if (active.springs[colour][s]) {
-        const Eigen::Vector3d d = direction(position, set.ends[s]);
+        const Eigen::Vector3d d = (position.vector(b) - position.vector(a)).stableNormalized();
         const Eigen::Matrix3d half = force[colour][s] * set.initial_length[s] / 2 * d * d.transpose();
         sums.col(a).head<9>() += half.reshaped();
         sums.col(b).head<9>() += half.reshaped();

@@ -1,10 +1,10 @@
 #include "ablation/stress_average.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
 #include "base/error.h"
+#include "geometry/pressure_load.h"
 #include "parallel/collective.h"
 #include "surface/drawn_places.h"
 
@@ -32,7 +32,7 @@ Field own_lengths(const Surface& surface) {
     double area = 0;
     for (std::size_t t = per_element * e; t < per_element * (e + 1); ++t) {
       const auto [a, b, c] = places(surface.triangles[t]);
-      area += (b - a).cross(c - a).norm() / 2;
+      area += area_vector(a, b, c).norm();
     }
     const double size = std::sqrt(elements_per_vertex * area);
     for (std::size_t t = per_element * e; t < per_element * (e + 1); ++t) {
@@ -69,12 +69,9 @@ std::vector<double> factors(const Field& own_length, double length) {
 }  // namespace
 
 StressAverage::StressAverage(const Surface& surface, double length, const std::string& solver_prefix)
-    : StressAverage(surface, length, solver_prefix, own_lengths(surface)) {}
-
-StressAverage::StressAverage(const Surface& surface, double length, const std::string& solver_prefix,
-                             const Field& own_length)
     : surface_(surface),
-      conduction_(surface, conducting(length, solver_prefix), factors(own_length, length)),
+      own_length_(own_lengths(surface)),
+      conduction_(surface, conducting(length, solver_prefix), factors(own_length_, length)),
       rest_(surface.particles, 3),
       mass_(surface.particles, 1),
       tension_(surface.particles, 1),
@@ -83,7 +80,7 @@ StressAverage::StressAverage(const Surface& surface, double length, const std::s
   rest_.values() = surface.rest;
   std::copy(surface.initial_mass.begin(), surface.initial_mass.end(), mass_.data());
   for (PetscInt i = 0; i < surface.particles.owned; ++i) {
-    least_length_ = std::max(least_length_, own_length.data()[i]);
+    least_length_ = std::max(least_length_, own_length_.data()[i]);
   }
   least_length_ = max_over_ranks(surface.comm(), least_length_);
 }
@@ -114,8 +111,13 @@ std::vector<double> StressAverage::of(const std::vector<double>& tension, const 
       square_.data()[i] /= weight;
     }
   }
-  average(tension_, active);
-  average(square_, active);
+  for (Field* values : {&tension_, &square_}) {  // right at the owned particles, all of whose elements are local
+    values->update_ghosts();
+    const StageResult averaged = conduction_.advance(*values, {rest_, mass_, active, time_step});
+    if (!averaged.converged) {
+      throw Error("ablation.strength_length: stress cannot be averaged: " + averaged.reason);
+    }
+  }
 
   std::vector<double> result(tension.size(), 0);
   for (std::size_t e = 0; e < result.size(); ++e) {
@@ -130,15 +132,6 @@ std::vector<double> StressAverage::of(const std::vector<double>& tension, const 
     result[e] = s > 0 ? square / s : 0;
   }
   return result;
-}
-
-/// @param values right at the owned particles, all of whose elements are local
-void StressAverage::average(Field& values, const ActiveSet& active) {
-  values.update_ghosts();
-  const StageResult result = conduction_.advance(values, {rest_, mass_, active, time_step});
-  if (!result.converged) {
-    throw Error("ablation.strength_length: stress cannot be averaged: " + result.reason);
-  }
 }
 
 }  // namespace ablation

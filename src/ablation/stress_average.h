@@ -39,10 +39,8 @@ class StressAverage {
   double least_length() const { return least_length_; }
 
  private:
-  StressAverage(const Surface& surface, double length, const std::string& solver_prefix, const Field& own_length);
-  void average(Field& values, const ActiveSet& active);
-
   const Surface& surface_;
+  Field own_length_;  ///< over which the elements round each local particle average by themselves [m]
   double least_length_ = 0;
   Conduction conduction_;       ///< its step of 1 s averages
   Field rest_;                  ///< undeformed positions [m]

@@ -47,8 +47,6 @@ class AirDrag {
   /// D_i [N s/m] and b_i [N] of an owned particle; 0 before the first step.
   const Eigen::Matrix3d& resistance(PetscInt i) const { return resistance_[i]; }
   Eigen::Vector3d push(PetscInt i) const { return impulse_.col(i); }
-  /// D of the owned particles [N s/m].
-  const std::vector<Eigen::Matrix3d>& resistances() const { return resistance_; }
 
   /// The velocities after a time h of drag alone, (m_i + h D_i)^-1 (m_i v_i + h b_i); those of particles without mass
   /// stay. Collective.

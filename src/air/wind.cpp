@@ -12,46 +12,30 @@
 namespace pellicle {
 inline namespace air {
 
-namespace {
-
-constexpr int mode_count = 32;
-
-/// Normally distributed numbers that follow from a seed (Box and Muller).
-class NormalNumbers {
- public:
-  explicit NormalNumbers(int seed) : seed_(seed) {}
-
-  /// Uniform in [0, 1).
-  double uniform() { return (1 + noise(seed_, next_++)) / 2; }
-  double normal() {
-    const double radius = std::sqrt(-2 * std::log(1 - uniform()));
-    return radius * std::cos(2 * pi * uniform());
-  }
-  Eigen::Vector3d vector() {
-    const double x = normal();
-    const double y = normal();
-    return {x, y, normal()};
-  }
-
- private:
-  int seed_;
-  std::uint64_t next_ = 0;
-};
-
-}  // namespace
-
 Wind::Wind(const WindOptions& options) : options_(options) {
   if (const std::string fault = fault_of_key_points(options.velocity); !fault.empty()) {
     throw Error("force.wind.velocity: " + fault);
   }
   if (options.turbulence > 0) {
-    NormalNumbers numbers(options.seed);
+    // Numbers that follow from the seed: uniform in [0, 1), and normally distributed (Box and Muller).
+    std::uint64_t next = 0;
+    const auto uniform = [&] { return (1 + noise(options.seed, next++)) / 2; };
+    const auto normal = [&] {
+      const double radius = std::sqrt(-2 * std::log(1 - uniform()));
+      return radius * std::cos(2 * pi * uniform());
+    };
+    const auto vector = [&] {
+      const double x = normal();
+      const double y = normal();
+      return Eigen::Vector3d(x, y, normal());
+    };
+    constexpr int mode_count = 32;
     double mean_square = 0;  // of the whole vector
     for (int n = 0; n < mode_count; ++n) {
       Mode mode;
-      mode.wave_number = std::sqrt(pi / 2) / options.length * numbers.vector();
-      mode.amplitude = numbers.vector().normalized().cross(mode.wave_number);
-      mode.phase = 2 * pi * numbers.uniform();
+      mode.wave_number = std::sqrt(pi / 2) / options.length * vector();
+      mode.amplitude = vector().normalized().cross(mode.wave_number);
+      mode.phase = 2 * pi * uniform();
       mean_square += mode.amplitude.squaredNorm() / 2;
       modes_.push_back(mode);
     }

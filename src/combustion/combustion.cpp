@@ -61,28 +61,25 @@ void set_target_lengths(TargetLengths& lengths, const Sheet& sheet, const std::v
 
 void set_surface_lengths(TargetLengths& lengths, const Sheet& sheet, const ActiveSet& active,
                          const std::vector<double>& ratio) {
-  const auto at = [&ratio](PetscInt i) { return ratio[i]; };
-  for (const Colour colour : all_colours) {
+  set_target_lengths(lengths, sheet, ratio);
+  const auto mean = [&ratio](PetscInt a, PetscInt b) { return (ratio[a] + ratio[b]) / 2; };
+  for (const Colour colour : {Colour::green, Colour::blue}) {  // Springs of other colours join the layers.
     const SpringSet& springs = sheet.of(colour);
-    std::vector<double>& length = lengths[static_cast<std::size_t>(colour)];
-    length.resize(springs.ends.size());
-    for (std::size_t s = 0; s < length.size(); ++s) {
-      const auto [a, b] = springs.ends[s];
-      double mean = (at(a) + at(b)) / 2;
+    for (std::size_t s = 0; s < springs.ends.size(); ++s) {
       double across = 0;
       int triangles = 0;
       for (const PetscInt triangle : springs.triangles[s]) {
-        const bool is_of_one_layer = colour == Colour::blue || colour == Colour::green;
-        if (is_of_one_layer && triangle >= 0 && active.triangles[triangle]) {
+        if (triangle >= 0 && active.triangles[triangle]) {
           const auto& [corner, next, lattice] = sheet.triangles[triangle];
-          across += colour == Colour::blue ? at(lattice) : (at(corner) + at(next)) / 2;
+          across += colour == Colour::blue ? ratio[lattice] : mean(corner, next);
           ++triangles;
         }
       }
       if (triangles > 0) {
-        mean = (mean + across / triangles) / 2;
+        const auto [a, b] = springs.ends[s];
+        lengths[static_cast<std::size_t>(colour)][s] =
+            springs.initial_length[s] * ((mean(a, b) + across / triangles) / 2);
       }
-      length[s] = springs.initial_length[s] * mean;
     }
   }
 }

@@ -19,42 +19,43 @@ struct Chambers::WallParts {
   std::vector<int> of_triangle;  ///< number of the part of each local triangle, by its first corner; -1: none
 
   int count() const { return static_cast<int>(parts.size()); }
-  /// Whether the wall of any chamber has more than one part.
-  bool is_cut() const {
-    const auto follows_its_like = [](const Part& a, const Part& b) { return a.first == b.first; };
-    return std::adjacent_find(parts.begin(), parts.end(), follows_its_like) != parts.end();
-  }
 };
 
 /// The parts of the walls of chambers that vent, are not open and have gas of their own. Collective.
 Chambers::WallParts Chambers::wall_parts(const std::vector<PetscInt>& piece, const GasExchange& exchange) const {
   using Part = WallParts::Part;
-  std::vector<std::optional<Part>> part_of(surface_->triangles.size());
-  std::set<Part> own;
-  for (std::size_t triangle = 0; triangle < part_of.size(); ++triangle) {
+  const Part none(-1, -1);
+  std::vector<Part> part_of;  // of each local triangle
+  for (std::size_t triangle = 0; triangle < surface_->triangles.size(); ++triangle) {
     const int chamber = chamber_of_triangle_[triangle];
     const PetscInt here = piece[surface_->triangles[triangle].front()];
-    if (chamber >= 0 && vents(chamber) && !exchange.is_open(chamber) && !exchange.is_part(chamber) && here >= 0) {
-      part_of[triangle] = Part(chamber, here);
-      own.insert(*part_of[triangle]);
-    }
+    const bool is_part =
+        chamber >= 0 && here >= 0 && vents(chamber) && !exchange.is_open(chamber) && !exchange.is_part(chamber);
+    part_of.push_back(is_part ? Part(chamber, here) : none);
   }
+  const std::set<Part> own(part_of.begin(), part_of.end());
   const std::vector<Part> gathered = of_all_ranks(surface_->comm(), std::vector<Part>(own.begin(), own.end()));
-  const std::set<Part> all(gathered.begin(), gathered.end());
-  WallParts walls{{all.begin(), all.end()}, std::vector<int>(part_of.size(), -1)};
-  for (std::size_t triangle = 0; triangle < part_of.size(); ++triangle) {
-    if (part_of[triangle]) {
-      const auto place = std::lower_bound(walls.parts.begin(), walls.parts.end(), *part_of[triangle]);
-      walls.of_triangle[triangle] = static_cast<int>(place - walls.parts.begin());
-    }
+  std::set<Part> all(gathered.begin(), gathered.end());
+  all.erase(none);
+  WallParts walls{{all.begin(), all.end()}, {}};
+  for (const Part& part : part_of) {
+    const auto place = std::lower_bound(walls.parts.begin(), walls.parts.end(), part) - walls.parts.begin();
+    walls.of_triangle.push_back(part == none ? -1 : static_cast<int>(place));
   }
   return walls;
 }
 
-/// Chambers inside those whose walls have parts, each with the part that winds round it most. Collective.
-std::vector<std::pair<int, int>> Chambers::nested_in_parts(const WallParts& walls, const GasExchange& exchange,
-                                                           const Field& positions) const {
-  std::vector<std::pair<int, int>> nested;
+std::optional<Chambers::Division> Chambers::divided(const std::vector<PetscInt>& piece, const GasExchange& exchange,
+                                                    const Field& positions, double time) const {
+  const WallParts walls = wall_parts(piece, exchange);
+  const auto are_alike = [](const WallParts::Part& a, const WallParts::Part& b) { return a.first == b.first; };
+  if (std::adjacent_find(walls.parts.begin(), walls.parts.end(), are_alike) == walls.parts.end()) {
+    return std::nullopt;
+  }
+  const Rims rims(*surface_, walls.of_triangle, origin_, planes_);
+  Eigen::VectorXd volume = volumes(positions, walls.of_triangle, rims, walls.count());  // of the gas in each part
+  const Eigen::VectorXd enclosed = volumes(positions);
+  std::vector<std::pair<int, int>> nested;  // chambers inside parts, each with the part that winds round it most
   for (int chamber = 0; chamber < count(); ++chamber) {
     const int round = exchange.gas_outside(chamber);
     if (exchange.is_part(chamber) || round < 0) {
@@ -69,23 +70,8 @@ std::vector<std::pair<int, int>> Chambers::nested_in_parts(const WallParts& wall
     }
     if (most >= 0) {
       nested.emplace_back(chamber, most);
+      volume[most] -= enclosed[chamber];
     }
-  }
-  return nested;
-}
-
-std::optional<Chambers::Division> Chambers::divided(const std::vector<PetscInt>& piece, const GasExchange& exchange,
-                                                    const Field& positions, double time) const {
-  const WallParts walls = wall_parts(piece, exchange);
-  if (!walls.is_cut()) {
-    return std::nullopt;
-  }
-  const Rims rims(*surface_, walls.of_triangle, origin_, planes_);
-  Eigen::VectorXd volume = volumes(positions, walls.of_triangle, rims, walls.count());  // of the gas in each part
-  const Eigen::VectorXd enclosed = volumes(positions);
-  const std::vector<std::pair<int, int>> nested = nested_in_parts(walls, exchange, positions);
-  for (const auto& [chamber, part] : nested) {
-    volume[part] -= enclosed[chamber];
   }
 
   Division division{chamber_of_element_, exchange, {}};
@@ -123,23 +109,25 @@ std::vector<int> Chambers::divide_gas(Division& division, const WallParts& walls
     if (large.size() < 2) {
       continue;
     }
-    std::vector<std::pair<int, double>> shares;
+    const Content gas = contents[chamber];
+    double left = 1;
     std::string line = "chamber " + name(chamber) + " is cut in " + std::to_string(large.size()) + " of";
     for (const int part : large) {
       int& number = chamber_of_part[part];
       if (number < 0) {
         number = division.exchange.chambers();
         division.exchange.add_part(chamber);
-        contents.emplace_back();
+        contents.push_back(Content::Zero());
       }
       division.exchange.volume[number] = volume[part];
-      shares.emplace_back(number, volume[part] / before.volume[chamber]);
+      const double share = volume[part] / before.volume[chamber];
+      left -= share;
+      contents[number] = share * gas;
       changed.insert(number);
-      std::string text = fmt::format("{} {:.4g} m^3", part == large.front() ? "" : ",", volume[part]);
-      line += text;
+      line += fmt::format("{} {:.4g} m^3", part == large.front() ? "" : ",", volume[part]);
     }
     division.lines.push_back(line);
-    share_gas(division.exchange, contents, chamber, shares);
+    leak_out(division.exchange, contents, chamber, left * gas);  // the rest
     if (const int round = before.gas_outside(chamber); round >= 0) {
       changed.insert(round);
     }
@@ -149,18 +137,6 @@ std::vector<int> Chambers::divide_gas(Division& division, const WallParts& walls
     fill(division.exchange, number, like, contents[number], division.exchange.volume[number]);
   }
   return chamber_of_part;
-}
-
-/// Divides the gas of a chamber among its parts; the rest has leaked. @param fractions of the gas, by chamber
-void Chambers::share_gas(GasExchange& exchange, std::vector<Content>& contents, int chamber,
-                         const std::vector<std::pair<int, double>>& shares) const {
-  const Content gas = contents[chamber];
-  double left = 1;
-  for (const auto& [number, fraction] : shares) {
-    left -= fraction;
-    contents[number] = {fraction * gas.amount, fraction * gas.heat};
-  }
-  leak_out(exchange, contents, chamber, {left * gas.amount, left * gas.heat}, heat_capacity(chamber));
 }
 
 }  // namespace gas

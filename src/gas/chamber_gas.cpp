@@ -1,46 +1,21 @@
 #include <cmath>
 #include <limits>
 
-#include "base/units.h"
-#include "gas/chamber_keys.h"
 #include "gas/chambers.h"
 #include "geometry/key_points.h"
 
 namespace pellicle {
 inline namespace gas {
 
-namespace {
-
-/// An ideal gas that is compressed without exchange: the absolute pressure is (e/V0) (V0/V)^k.
-struct PolytropicGas {
-  double energy = 0;          ///< e [J]
-  double exponent = 1;        ///< k
-  double outside = 0;         ///< absolute pressure beyond the wall [Pa]
-  double initial_volume = 0;  ///< V0 [m^3]
-};
-
-/// Sets pressures, dp/dV and the potential: -e ln(V/V0) or e ((V0/V)^(k-1) - 1)/(k-1), plus that of the outside.
-/// @param strain ln(V/V0)
-void set_pressures(GasState& state, const PolytropicGas& gas, double strain) {
-  const double compression = std::expm1((1 - gas.exponent) * strain);  // (V0/V)^(k-1) - 1
-  state.absolute_pressure = gas.energy * (1 + compression) / state.volume;
-  state.pressure = state.absolute_pressure - gas.outside;
-  state.pressure_slope = -gas.exponent * state.absolute_pressure / state.volume;
-  state.potential = (gas.exponent > 1 ? gas.energy * compression / (gas.exponent - 1) : -gas.energy * strain) +
-                    gas.outside * (state.volume - gas.initial_volume);
-}
-
-}  // namespace
-
 GasState Chambers::state(const GasExchange& exchange, int chamber, double volume, double time) const {
   const Chamber& self = of(chamber);
   const ChamberOptions& given = self.options;
   GasState gas;
   gas.volume = volume;
-  if (self.law == GasLaw::volume) {
+  if (given.law == GasLaw::volume) {
     return gas;
   }
-  if (self.law == GasLaw::pressure) {
+  if (given.law == GasLaw::pressure) {
     gas.pressure = value_on_key_points(given.pressure, time);
     gas.absolute_pressure = gas.pressure + gas_.ambient_pressure;
     gas.potential = -gas.pressure * volume;
@@ -50,23 +25,31 @@ GasState Chambers::state(const GasExchange& exchange, int chamber, double volume
   const bool has_opened = is_joined(chamber) && exchange.is_open(chamber);
   const double inside = has_opened ? exchange.volume[chamber] : volume;
   const double strain = inside > 0 ? std::log(inside / self.initial_volume) : std::numeric_limits<double>::quiet_NaN();
-  PolytropicGas law;
-  law.initial_volume = self.initial_volume;
-  if (self.law == GasLaw::relative) {
-    law.energy = value_on_key_points(given.pressure, time) * self.initial_volume;
+  // An ideal gas that is compressed without exchange: the absolute pressure is (e/V0) (V0/V)^k.
+  double energy = 0;  // e [J]
+  double exponent = 1;
+  double outside = 0;  // absolute pressure beyond the wall [Pa]
+  if (given.law == GasLaw::relative) {
+    energy = value_on_key_points(given.pressure, time) * self.initial_volume;
   } else {
-    law.outside = gas_.ambient_pressure;
-    law.exponent = self.law == GasLaw::adiabatic ? given.gamma.value_or(default_gamma) : 1;
+    outside = gas_.ambient_pressure;
+    exponent = given.law == GasLaw::adiabatic ? self.gamma : 1;
     const VesselGas content = vessel_gas(exchange, chamber, time);
     gas.amount = content.amount;
-    gas.temperature = content.heat / content.amount * std::exp((1 - law.exponent) * strain);
-    law.energy = content.heat * gas_constant;
+    gas.temperature = content.heat / content.amount * std::exp((1 - exponent) * strain);
+    energy = content.heat * gas_constant;
   }
   if (has_opened) {
-    gas.absolute_pressure = law.outside;
-  } else {
-    set_pressures(gas, law, strain);
+    gas.absolute_pressure = outside;
+    return gas;
   }
+  // The potential is -e ln(V/V0) or e ((V0/V)^(k-1) - 1)/(k-1), plus that of the outside.
+  const double compression = std::expm1((1 - exponent) * strain);  // (V0/V)^(k-1) - 1
+  gas.absolute_pressure = energy * (1 + compression) / volume;
+  gas.pressure = gas.absolute_pressure - outside;
+  gas.pressure_slope = -exponent * gas.absolute_pressure / volume;
+  gas.potential = (exponent > 1 ? energy * compression / (exponent - 1) : -energy * strain) +
+                  outside * (volume - self.initial_volume);
   return gas;
 }
 
@@ -108,27 +91,21 @@ VesselGas Chambers::vessel_gas(const GasExchange& exchange, int chamber, double 
   VesselGas gas{given, given * temperature};
   if (is_joined(chamber)) {
     gas.amount += exchange.amount[chamber];
-    gas.heat = self.law == GasLaw::adiabatic ? gas.heat + exchange.heat[chamber] : gas.amount * temperature;
+    gas.heat = self.options.law == GasLaw::adiabatic ? gas.heat + exchange.heat[chamber] : gas.amount * temperature;
   }
   return gas;
 }
 
-/// The gas of a joined chamber between steps, at the volume in the exchange.
-Chambers::Content Chambers::content(const GasExchange& exchange, int chamber, double time) const {
-  const Chamber& self = of(chamber);
-  const VesselGas gas = vessel_gas(exchange, chamber, time);
-  if (self.law == GasLaw::isothermal) {
-    return {gas.amount, gas.heat};
-  }
-  const double expansion = std::pow(exchange.volume[chamber] / self.initial_volume, 1 - self.gamma);
-  return {gas.amount, gas.heat * expansion};
-}
-
-/// The gas of all chambers between steps; nothing in chambers that are not joined.
+/// The gas of all chambers between steps, at the volumes in the exchange; nothing in chambers that are not joined.
 std::vector<Chambers::Content> Chambers::contents(const GasExchange& exchange, double time) const {
-  std::vector<Content> all(chambers_.size());
+  std::vector<Content> all(chambers_.size(), Content::Zero());
   for (const int chamber : joined_) {
-    all[chamber] = content(exchange, chamber, time);
+    const Chamber& self = of(chamber);
+    const VesselGas gas = vessel_gas(exchange, chamber, time);
+    const double expansion = self.options.law == GasLaw::isothermal
+                                 ? 1
+                                 : std::pow(exchange.volume[chamber] / self.initial_volume, 1 - self.gamma);
+    all[chamber] = {gas.amount, gas.heat * expansion};
   }
   return all;
 }
@@ -138,22 +115,20 @@ void Chambers::fill(GasExchange& exchange, int number, int like, const Content& 
   const double given = number < count() ? first_amount(number) : 0;
   const double compression = std::pow(volume / of(like).initial_volume, of(like).gamma - 1);
   exchange.volume[number] = volume;
-  exchange.amount[number] = gas.amount - given;
-  exchange.heat[number] = gas.heat * compression - given * value_on_key_points(of(like).options.temperature, 0);
+  exchange.amount[number] = gas[0] - given;
+  exchange.heat[number] = gas[1] * compression - given * value_on_key_points(of(like).options.temperature, 0);
 }
 
 /// Moves gas through a chamber's wall, as a leak into the chamber round it or the ambient air.
-void Chambers::leak_out(GasExchange& exchange, std::vector<Content>& contents, int chamber, const Content& gas,
-                        double heat_capacity) {
+void Chambers::leak_out(GasExchange& exchange, std::vector<Content>& contents, int chamber, const Content& gas) const {
   const auto add_leak = [&](int of, double sign) {
-    exchange.leak_amount[of] += sign * gas.amount;
-    exchange.leak_enthalpy[of] += sign * heat_capacity * gas.heat;
+    exchange.leak_amount[of] += sign * gas[0];
+    exchange.leak_enthalpy[of] += sign * heat_capacity(chamber) * gas[1];
   };
   add_leak(chamber, 1);
   if (const int round = exchange.gas_outside(chamber); round >= 0) {
     add_leak(round, -1);
-    contents[round].amount += gas.amount;
-    contents[round].heat += gas.heat;
+    contents[round] += gas;
   }
 }
 

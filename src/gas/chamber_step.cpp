@@ -2,49 +2,48 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
-#include "base/units.h"
+#include "base/disjoint_sets.h"
 #include "gas/chambers.h"
 #include "geometry/key_points.h"
 
 namespace pellicle {
 inline namespace gas {
 
-GasNetwork::Step Chambers::network_step(const GasStep& start, const Eigen::VectorXd& walls, double time) const {
+void Chambers::add_to_step(GasNetwork::Step& step, const GasStep& start, const Vessels& vessels,
+                           const Eigen::VectorXd& walls, double time) const {
+  using Step = GasNetwork::Step;
   const GasExchange& exchange = *start.exchange;
-  const Vessels vessels = this->vessels(exchange);
   const Eigen::VectorXd volumes = exchange.gas_volumes(walls);
-  GasNetwork::Step step;
-  step.time = time;
-  step.h = start.h;
-  step.volume = volumes(vessels.chambers);
-  step.start_volume = (exchange.volume.array() > 0).select(exchange.volume, volumes)(vessels.chambers);
-  step.temperature.resize(step.volume.size());
+  const Eigen::VectorXd zeros = Eigen::VectorXd::Zero(step.volume.size() + vessels.chambers.size());
+  for (const auto values :
+       {&Step::volume, &Step::start_volume, &Step::temperature, &Step::conductance, &Step::wall_temperature}) {
+    (step.*values).conservativeResizeLike(zeros);
+  }
   for (const int chamber : vessels.chambers) {
-    step.temperature[static_cast<Eigen::Index>(step.gas.size())] =
-        value_on_key_points(of(chamber).options.temperature, time);
+    const int vessel = vessels.number(chamber);
+    const double before = exchange.volume[chamber];
     step.gas.push_back(vessel_gas(exchange, chamber, time));
+    step.volume[vessel] = exchange.is_open(chamber) ? before : volumes[chamber];
+    step.start_volume[vessel] = before > 0 ? before : volumes[chamber];
+    step.temperature[vessel] = value_on_key_points(of(chamber).options.temperature, time);
+    if (start.walls.conductance.size() > 0) {
+      step.conductance[vessel] = start.walls.conductance[chamber];
+      step.wall_temperature[vessel] = start.walls.temperature[chamber];
+    }
   }
   for (GasNetwork::Leak leak : start.walls.leaks) {
     leak.vessel = vessels.number(leak.vessel);
     leak.outside = vessels.number(leak.outside);
     step.leaks.push_back(leak);
   }
-  if (start.walls.conductance.size() > 0) {
-    step.conductance = start.walls.conductance(vessels.chambers);
-    step.wall_temperature = start.walls.temperature(vessels.chambers);
-  }
   constexpr double wide = 1;  // [m^2]
-  for (std::size_t vessel = 0; vessel < vessels.chambers.size(); ++vessel) {
-    const int chamber = vessels.chambers[vessel];
+  for (const int chamber : vessels.chambers) {
     if (exchange.is_open(chamber)) {
-      step.volume[static_cast<Eigen::Index>(vessel)] = exchange.volume[chamber];
-      step.leaks.push_back({static_cast<int>(vessel), wide, 0});
+      step.leaks.push_back({vessels.number(chamber), wide, 0});
     }
   }
-  return step;
 }
 
 GasExchange Chambers::first_exchange(const Eigen::VectorXd& walls) const {
@@ -65,64 +64,62 @@ double Chambers::pressure_outside(const GasExchange& exchange, const Vessels& ve
   return vessel < 0 ? gas_.ambient_pressure : end.pressure[vessel];
 }
 
-GasExchange Chambers::end_step(const GasStep& start, const Eigen::VectorXd& walls, const Eigen::VectorXd& caps,
-                               const GasNetwork::Step& step, const GasNetwork::End& end) const {
+GasExchange Chambers::end_step(const GasStep& start, const Vessels& vessels, const std::vector<int>& links,
+                               const Eigen::VectorXd& walls, const Eigen::VectorXd& caps, double time,
+                               const GasNetwork::End& end) const {
   constexpr double rounding = 1e-10;  // of volumes: changes less than that give no mean pressure
   const GasExchange& before = *start.exchange;
-  const Vessels vessels = this->vessels(before);
   GasExchange exchange = before;
   const Eigen::VectorXd volumes = before.gas_volumes(walls);
   for (int chamber = 0; chamber < count(); ++chamber) {
     exchange.volume[chamber] = before.is_open(chamber) ? before.volume[chamber] : volumes[chamber];
   }
   Eigen::VectorXd energy = end.wall_heat - end.leak_enthalpy;  // into each vessel [J]
-  add_link_flows(exchange, energy, vessels, end);
-  for (std::size_t v = 0; v < vessels.chambers.size(); ++v) {
-    const auto vessel = static_cast<Eigen::Index>(v);
-    const int chamber = vessels.chambers[v];
+  for (std::size_t link = 0; link < links.size(); ++link) {
+    if (links[link] < 0) {
+      continue;
+    }
+    const double amount = end.flow[links[link]];
+    const double enthalpy = end.enthalpy[links[link]];
+    exchange.link_amount[link] += amount;
+    exchange.link_enthalpy[link] += enthalpy;
+    for (const auto& [chamber, sign] : {std::pair(links_[link].from, -1.0), std::pair(links_[link].to, 1.0)}) {
+      if (chamber >= 0) {
+        exchange.amount[exchange.gas_inside(chamber)] += sign * amount;
+        energy[vessels.number(chamber)] += sign * enthalpy;
+      }
+    }
+  }
+  for (const int chamber : vessels.chambers) {
+    const int vessel = vessels.number(chamber);
     exchange.amount[chamber] -= end.leak[vessel];
     exchange.leak_amount[chamber] += end.leak[vessel];
     exchange.leak_enthalpy[chamber] += end.leak_enthalpy[vessel];
     exchange.wall_heat[chamber] += end.wall_heat[vessel];
     const double from = before.volume[chamber];
     const double to = exchange.volume[chamber];
-    const double end_heat = end.gas[v].amount * end.temperature[vessel];
-    const EnergyBalance balance = energy_balance(chamber, from, to, step.gas[v].heat, end_heat, energy[vessel]);
-    exchange.heat[chamber] += balance.heat;
+    const double end_heat = end.gas[vessel].amount * end.temperature[vessel];
+    const double heat = vessel_gas(before, chamber, time).heat;
+    const auto [gained, work] = energy_balance(chamber, from, to, heat, end_heat, energy[vessel]);
+    exchange.heat[chamber] += gained;
     // A cap that moves pushes away the gas beyond it, against the pressure there. This is no work on the wall.
-    const double mean = std::abs(to - from) > rounding * from ? balance.work / (to - from) : end.pressure[vessel];
+    const double mean = std::abs(to - from) > rounding * from ? work / (to - from) : end.pressure[vessel];
     const double beyond = (mean - pressure_outside(before, vessels, chamber, end)) * caps[chamber];
-    exchange.work[chamber] += balance.work - beyond;
+    exchange.work[chamber] += work - beyond;
     exchange.leak_enthalpy[chamber] += beyond;
   }
-  open_chambers(exchange, start, vessels, step.time, end);
+  open_chambers(exchange, start, vessels, time, end);
   return exchange;
-}
-
-/// Mass balance of the links: adds their flows to the amounts, and the carried enthalpies to the energy into each
-/// vessel [J].
-void Chambers::add_link_flows(GasExchange& exchange, Eigen::VectorXd& energy, const Vessels& vessels,
-                              const GasNetwork::End& end) const {
-  for (std::size_t l = 0; l < links_.size(); ++l) {
-    const auto row = static_cast<Eigen::Index>(l);
-    exchange.link_amount[row] += end.flow[row];
-    exchange.link_enthalpy[row] += end.enthalpy[row];
-    for (const auto& [chamber, sign] : {std::pair(links_[l].from, -1.0), std::pair(links_[l].to, 1.0)}) {
-      if (chamber >= 0) {
-        exchange.amount[exchange.gas_inside(chamber)] += sign * end.flow[row];
-        energy[vessels.number(chamber)] += sign * end.enthalpy[row];
-      }
-    }
-  }
 }
 
 /// Energy balance of a joined chamber in a step, as in GasNetwork.
 /// @param from V at the beginning @param to V at the end [m^3] @param heat VesselGas::heat at the beginning [mol K]
 /// @param end_heat n T at the end [mol K] @param energy that came in [J]
-Chambers::EnergyBalance Chambers::energy_balance(int chamber, double from, double to, double heat, double end_heat,
-                                                 double energy) const {
+/// @returns the heat that the gas gains, as VesselGas::heat [mol K], and the work that it does [J]
+std::pair<double, double> Chambers::energy_balance(int chamber, double from, double to, double heat, double end_heat,
+                                                   double energy) const {
   const Chamber& self = of(chamber);
-  if (self.law == GasLaw::isothermal) {
+  if (self.options.law == GasLaw::isothermal) {
     return {0, (heat + end_heat) / 2 * gas_constant * std::log(to / from)};
   }
   const double capacity = heat_capacity(chamber);
@@ -138,38 +135,29 @@ void Chambers::open_chambers(GasExchange& exchange, const GasStep& start, const 
   constexpr double large_hole = 0.1;  // fraction of what is left of the wall
   constexpr double level = 1e-5;      // fraction of the ambient pressure
   const GasExchange& before = *start.exchange;
-  for (std::size_t v = 0; v < vessels.chambers.size(); ++v) {
-    const int chamber = vessels.chambers[v];
+  for (const int chamber : vessels.chambers) {
     const double there = pressure_outside(before, vessels, chamber, end);
-    const bool is_level = std::abs(end.pressure[static_cast<Eigen::Index>(v)] - there) <= level * gas_.ambient_pressure;
+    const bool is_level = std::abs(end.pressure[vessels.number(chamber)] - there) <= level * gas_.ambient_pressure;
     const double limit = (is_level ? large_hole : 1) * start.walls.area[chamber];
     if (!vents(chamber) || !(start.walls.hole_area[chamber] > limit)) {
       continue;
     }
     if (before.gas_outside(chamber) < 0) {
       exchange.open[chamber] = 1;
-    } else {
-      become_part(exchange, chamber, time);
+      continue;
     }
+    const int round = exchange.gas_outside(chamber);
+    const std::vector<Content> contents = this->contents(exchange, time);
+    const double volume = exchange.volume[chamber] + exchange.volume[round];
+    fill(exchange, round, round, contents[chamber] + contents[round], volume);
+    fill(exchange, chamber, chamber, Content::Zero(), 0);
+    std::replace(exchange.inside.begin(), exchange.inside.end(), PetscInt(chamber), PetscInt(round));
   }
-}
-
-/// Gives a chamber's gas to the chamber round it.
-void Chambers::become_part(GasExchange& exchange, int chamber, double time) const {
-  const int round = exchange.gas_outside(chamber);
-  const Content own = content(exchange, chamber, time);
-  const Content other = content(exchange, round, time);
-  const double volume = exchange.volume[chamber] + exchange.volume[round];
-  fill(exchange, round, round, {own.amount + other.amount, own.heat + other.heat}, volume);
-  fill(exchange, chamber, chamber, {}, 0);
-  std::replace(exchange.inside.begin(), exchange.inside.end(), PetscInt(chamber), PetscInt(round));
 }
 
 GasExchange Chambers::recapped(const GasExchange& exchange, const Eigen::VectorXd& walls, double time) const {
   const Eigen::VectorXd volumes = exchange.gas_volumes(walls);
-  std::vector<int> order = exchange.from_within();
-  order.erase(std::remove_if(order.begin(), order.end(), [this](int chamber) { return !is_joined(chamber); }),
-              order.end());
+  const std::vector<int> order = exchange.from_within();
   // Increase of the volume within each wall since the end of the last step, from within outwards.
   Eigen::VectorXd more = volumes - exchange.volume;
   for (const int chamber : order) {
@@ -178,9 +166,6 @@ GasExchange Chambers::recapped(const GasExchange& exchange, const Eigen::VectorX
     }
   }
   GasExchange result = exchange;
-  if ((more(order).array() == 0).all()) {
-    return result;
-  }
   std::vector<Content> contents = this->contents(exchange, time);
   std::vector<bool> is_changed(chambers_.size());
   for (const int chamber : order) {
@@ -189,11 +174,9 @@ GasExchange Chambers::recapped(const GasExchange& exchange, const Eigen::VectorX
     if (!vents(chamber) || exchange.is_open(chamber) || fraction == 0 || !(before > 0 && volumes[chamber] > 0)) {
       continue;
     }
-    Content& gas = contents[chamber];
-    const Content moved{fraction * gas.amount, fraction * gas.heat};
-    gas.amount -= moved.amount;
-    gas.heat -= moved.heat;
-    leak_out(result, contents, chamber, moved, heat_capacity(chamber));
+    const Content moved = fraction * contents[chamber];
+    contents[chamber] -= moved;
+    leak_out(result, contents, chamber, moved);
     is_changed[chamber] = true;
     if (const int round = exchange.gas_outside(chamber); round >= 0) {
       is_changed[round] = true;
@@ -212,30 +195,25 @@ GasExchange Chambers::recapped(const GasExchange& exchange, const Eigen::VectorX
   return result;
 }
 
-/// For each chamber the lowest number of those checked together with it: parts cut off it, and the one it is a part of.
-std::vector<int> Chambers::balanced_together(const GasExchange& exchange) const {
-  std::vector<int> first(chambers_.size());
-  std::iota(first.begin(), first.end(), 0);
-  const auto unite = [&](int a, int b) {
-    const auto [low, high] = std::minmax(first[a], first[b]);
-    std::replace(first.begin(), first.end(), int(high), int(low));
-  };
+std::string Chambers::imbalance(const GasExchange& exchange, const Eigen::VectorXd& walls, double time) const {
+  constexpr double tolerance = 1e-10;
+  const std::vector<GasState> gas = states(exchange, walls, time);
+  DisjointSets together(chambers_.size());  // with parts cut off it, and the one it is a part of
   for (int chamber = 0; chamber < count(); ++chamber) {
-    unite(chamber, exchange.gas_inside(chamber));
+    together.unite(chamber, exchange.gas_inside(chamber));
     if (of(chamber).parent >= 0) {
-      unite(chamber, of(chamber).parent);
+      together.unite(chamber, of(chamber).parent);
     }
   }
-  return first;
-}
-
-/// Residuals of the balances of amount and energy, in the column of the first chamber of those checked together.
-Chambers::Residuals Chambers::balance_residuals(const GasExchange& exchange, const std::vector<int>& first,
-                                                const std::vector<GasState>& gas) const {
-  Residuals residuals{Eigen::MatrixXd::Zero(2, count()), Eigen::MatrixXd::Zero(2, count())};
+  // Residuals of amount and energy, in the column of the first chamber of those checked together: of all terms the sum,
+  // which is 0 if the balance closes, and the sum of the absolute values.
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(2, count());
+  Eigen::MatrixXd scale = sum;
+  std::vector<bool> keeps_temperature(chambers_.size());
   const auto add = [&](int row, int chamber, double value) {
-    residuals.sum(row, first[chamber]) += value;
-    residuals.scale(row, first[chamber]) += std::abs(value);
+    const std::size_t first = together.find(chamber);
+    sum(row, first) += value;
+    scale(row, first) += std::abs(value);
   };
   for (const int chamber : joined_) {
     add(0, chamber, first_amount(chamber) + exchange.amount[chamber]);
@@ -245,35 +223,25 @@ Chambers::Residuals Chambers::balance_residuals(const GasExchange& exchange, con
                               -exchange.leak_enthalpy[chamber]}) {
       add(1, chamber, -less);
     }
-  }
-  for (std::size_t l = 0; l < links_.size(); ++l) {
-    for (const auto& [end, sign] : {std::pair(links_[l].from, 1.0), std::pair(links_[l].to, -1.0)}) {
-      if (end >= 0) {
-        add(0, end, sign * exchange.link_amount[static_cast<Eigen::Index>(l)]);
-        add(1, end, sign * exchange.link_enthalpy[static_cast<Eigen::Index>(l)]);
-      }
+    if (of(chamber).options.law == GasLaw::isothermal) {
+      keeps_temperature[together.find(chamber)] = true;
     }
   }
-  return residuals;
-}
-
-std::string Chambers::imbalance(const GasExchange& exchange, const Eigen::VectorXd& walls, double time) const {
-  constexpr double tolerance = 1e-10;
-  const std::vector<int> first = balanced_together(exchange);
-  const Residuals residuals = balance_residuals(exchange, first, states(exchange, walls, time));
-  std::vector<bool> keeps_temperature(chambers_.size());
-  for (const int chamber : joined_) {
-    if (of(chamber).law == GasLaw::isothermal) {
-      keeps_temperature[first[chamber]] = true;
+  for (Eigen::Index link = 0; link < exchange.link_amount.size(); ++link) {
+    for (const auto& [end, sign] : {std::pair(links_[link].from, 1.0), std::pair(links_[link].to, -1.0)}) {
+      if (end >= 0) {
+        add(0, end, sign * exchange.link_amount[link]);
+        add(1, end, sign * exchange.link_enthalpy[link]);
+      }
     }
   }
   for (const int chamber : joined_) {
     for (const int row : {0, 1}) {
-      const double most = tolerance * residuals.scale(row, chamber);
-      if ((row == 0 || !keeps_temperature[chamber]) && !(std::abs(residuals.sum(row, chamber)) <= most)) {
+      const double most = tolerance * scale(row, chamber);
+      if ((row == 0 || !keeps_temperature[chamber]) && !(std::abs(sum(row, chamber)) <= most)) {
         return fmt::format("the ledger of the {} in chamber {} is off by {:.2g} {}, expected at most {:.2g}",
-                           row == 0 ? "amount" : "energy", name(chamber), residuals.sum(row, chamber),
-                           row == 0 ? "mol" : "J", most);
+                           row == 0 ? "amount" : "energy", name(chamber), sum(row, chamber), row == 0 ? "mol" : "J",
+                           most);
       }
     }
   }

@@ -1,11 +1,11 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <utility>
 
 #include "base/error.h"
-#include "base/units.h"
 #include "gas/chambers.h"
 #include "geometry/pi.h"
 #include "geometry/pressure_load.h"
@@ -13,6 +13,40 @@
 
 namespace pellicle {
 inline namespace gas {
+
+namespace {
+
+/// The sums of a quantity of the owned triangles' three corners by numbers of the triangles, over all ranks.
+/// Collective. @param number of each local triangle, below the count, -1: none
+template <class Quantity>
+Eigen::VectorXd sum_over_triangles(const Surface& surface, const Field& positions, const std::vector<int>& number,
+                                   int count, Quantity quantity) {
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(count);
+  for (PetscInt triangle = 0; triangle < surface.triangles_per_element * surface.elements.owned; ++triangle) {
+    if (number[triangle] >= 0) {
+      const auto& [a, b, c] = surface.triangles[triangle];
+      sum[number[triangle]] += quantity(positions.vector(a), positions.vector(b), positions.vector(c));
+    }
+  }
+  sum_over_ranks(surface.comm(), sum);
+  return sum;
+}
+
+/// Force of the jet on the surface that it leaves, over the area times the discharge coefficient: the momentum of the
+/// flow and, where it is choked, the excess of its pressure over that outside [Pa]. 0 if nothing flows out.
+/// @param upstream absolute pressure [Pa] @param downstream absolute pressure [Pa] @param gamma ratio of the heat
+/// capacities
+double jet_thrust(double upstream, double downstream, double gamma) {
+  if (!(upstream > downstream)) {
+    return 0;
+  }
+  const double choked = std::pow(2 / (gamma + 1), gamma / (gamma - 1));
+  const double outlet = std::max(downstream, choked * upstream);
+  const double squared_mach = 2 / (gamma - 1) * std::expm1((gamma - 1) / gamma * std::log(upstream / outlet));
+  return gamma * outlet * squared_mach + outlet - downstream;
+}
+
+}  // namespace
 
 void Chambers::set_active(const ActiveSet& active) {
   const std::size_t per_element = surface_->triangles_per_element;
@@ -26,7 +60,7 @@ void Chambers::set_active(const ActiveSet& active) {
   };
   for (std::size_t triangle = 0; triangle < active.triangles.size(); ++triangle) {
     const auto chamber = static_cast<int>(chamber_of_element_[triangle / per_element]);
-    if ((active.triangles[triangle] && chamber >= 0) || (chamber >= 0 && needs_closed_wall(chamber))) {
+    if (chamber >= 0 && (active.triangles[triangle] || needs_closed_wall(chamber))) {
       chamber_of_triangle_[triangle] = chamber;
       venting[triangle] = vents(chamber) ? chamber : -1;
     } else {
@@ -61,18 +95,14 @@ void Chambers::make_gradient_pattern() {
   }
   std::sort(pairs.begin(), pairs.end());
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
-  no_gradients_ = Eigen::SparseMatrix<double>(3 * surface_->particles.owned, count());
-  no_gradients_.reserve(3 * static_cast<Eigen::Index>(pairs.size()));
-  auto pair = pairs.begin();
-  for (int chamber = 0; chamber < count(); ++chamber) {
-    no_gradients_.startVec(chamber);
-    for (; pair != pairs.end() && pair->first == chamber; ++pair) {
-      for (int k = 0; k < 3; ++k) {
-        no_gradients_.insertBack(3 * pair->second + k, chamber) = 0;
-      }
+  std::vector<Eigen::Triplet<double>> entries;
+  for (const auto& [chamber, particle] : pairs) {
+    for (int k = 0; k < 3; ++k) {
+      entries.emplace_back(3 * particle + k, chamber, 0);
     }
   }
-  no_gradients_.finalize();
+  no_gradients_ = Eigen::SparseMatrix<double>(3 * surface_->particles.owned, count());
+  no_gradients_.setFromTriplets(entries.begin(), entries.end());
   place_of_corner_.clear();
   if (count() == 0) {
     return;
@@ -110,14 +140,15 @@ void Chambers::require_closed(int chamber, const Field& rest, const Projectors& 
   }
   scale = max_over_ranks(surface_->comm(), scale);
   constexpr double tolerance = 1e-5;  // a vertex counts as one in the plane a little off it
-  auto open = std::numeric_limits<long long>::max();
+  constexpr PetscInt none = std::numeric_limits<PetscInt>::max();
+  PetscInt open = none;
   for (PetscInt i = 0; i < surface_->particles.owned; ++i) {
     if ((projectors[i] * closing.col(i)).norm() > tolerance * scale) {
-      open = std::min(open, static_cast<long long>(surface_->persistent_id[i]));
+      open = std::min(open, surface_->persistent_id[i]);
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, &open, 1, MPI_LONG_LONG, MPI_MIN, surface_->comm());
-  if (open != std::numeric_limits<long long>::max()) {
+  open = min_over_ranks(surface_->comm(), open);
+  if (open != none) {
     throw Error("chambers." + of(chamber).name + ".law: " + of(chamber).options.law.name() +
                 " needs a volume, but the piece is open at vertex " + std::to_string(open) +
                 ", expected its whole boundary in symmetry planes, or the law pressure");
@@ -131,24 +162,30 @@ Eigen::VectorXd Chambers::volumes(const Field& positions) const {
 /// Volumes that triangles and rims enclose [m^3]. Collective. @param chamber_of_triangle below the count, -1: none
 Eigen::VectorXd Chambers::volumes(const Field& positions, const std::vector<int>& chamber_of_triangle, const Rims& rims,
                                   int count) const {
-  Eigen::VectorXd sum = Eigen::VectorXd::Zero(count);
-  for (PetscInt triangle = 0; triangle < owned_triangles(); ++triangle) {
-    if (const int chamber = chamber_of_triangle[triangle]; chamber >= 0) {
-      const auto& corners = surface_->triangles[triangle];
-      sum[chamber] += enclosed_volume(positions.vector(corners[0]) - origin_, positions.vector(corners[1]) - origin_,
-                                      positions.vector(corners[2]) - origin_);
-    }
-  }
-  sum_over_ranks(surface_->comm(), sum);
+  Eigen::VectorXd sum = sum_over_triangles(*surface_, positions, chamber_of_triangle, count,
+                                           [this](const auto& a, const auto& b, const auto& c) {
+                                             return enclosed_volume(a - origin_, b - origin_, c - origin_);
+                                           });
   rims.add_volumes(positions, sum);
   return sum;
 }
 
 Eigen::SparseMatrix<double> Chambers::volume_gradients(const Field& positions) const {
+  return volume_gradients(positions, -1);
+}
+
+Eigen::Matrix3Xd Chambers::volume_gradient(int chamber, const Field& positions) const {
+  const Eigen::VectorXd gradient = volume_gradients(positions, chamber).col(chamber);
+  return gradient.reshaped(3, surface_->particles.owned);
+}
+
+/// dW/dx of one chamber, zeros for others. @param only number of the chamber, -1: of all
+Eigen::SparseMatrix<double> Chambers::volume_gradients(const Field& positions, int only) const {
   Eigen::SparseMatrix<double> gradients = no_gradients_;
   Eigen::Map<Eigen::Matrix3Xd> values(gradients.valuePtr(), 3, gradients.nonZeros() / 3);
   for (std::size_t triangle = 0; triangle < surface_->triangles.size(); ++triangle) {
-    if (chamber_of_triangle_[triangle] < 0) {
+    const int chamber = chamber_of_triangle_[triangle];
+    if (chamber < 0 || (only >= 0 && chamber != only)) {
       continue;
     }
     const auto& corners = surface_->triangles[triangle];
@@ -161,24 +198,6 @@ Eigen::SparseMatrix<double> Chambers::volume_gradients(const Field& positions) c
     }
   }
   return gradients;
-}
-
-Eigen::Matrix3Xd Chambers::volume_gradient(int chamber, const Field& positions) const {
-  Eigen::Matrix3Xd gradient = Eigen::Matrix3Xd::Zero(3, surface_->particles.owned);
-  for (std::size_t triangle = 0; triangle < surface_->triangles.size(); ++triangle) {
-    if (chamber_of_triangle_[triangle] != chamber) {
-      continue;
-    }
-    const auto& corners = surface_->triangles[triangle];
-    const Eigen::Vector3d third =
-        area_vector(positions.vector(corners[0]), positions.vector(corners[1]), positions.vector(corners[2])) / 3;
-    for (const PetscInt corner : corners) {
-      if (corner < surface_->particles.owned) {
-        gradient.col(corner) += third;
-      }
-    }
-  }
-  return gradient;
 }
 
 /// Winding numbers of surfaces round the middle of a chamber's wall; 1: the chamber is inside a closed surface.
@@ -196,36 +215,17 @@ Eigen::VectorXd Chambers::windings(int chamber, const Field& positions, const st
   }
   sum_over_ranks(surface_->comm(), sum);
   const Eigen::Vector3d middle = sum.head<3>() / std::max(sum[3], 1.0);
-  Eigen::VectorXd result = Eigen::VectorXd::Zero(count);
-  for (PetscInt triangle = 0; triangle < owned_triangles(); ++triangle) {
-    if (const int number = number_of_triangle[triangle]; number >= 0) {
-      const auto& corners = surface_->triangles[triangle];
-      result[number] += solid_angle(positions.vector(corners[0]) - middle, positions.vector(corners[1]) - middle,
-                                    positions.vector(corners[2]) - middle) /
-                        (4 * pi);
-    }
-  }
-  sum_over_ranks(surface_->comm(), result);
-  return result;
-}
-
-/// Areas of the walls of all chambers [m^2]. Collective.
-Eigen::VectorXd Chambers::areas(const Field& positions) const {
-  Eigen::VectorXd sum = Eigen::VectorXd::Zero(count());
-  for (PetscInt triangle = 0; triangle < owned_triangles(); ++triangle) {
-    if (const int chamber = of_triangle(triangle); chamber >= 0) {
-      const auto& corners = surface_->triangles[triangle];
-      sum[chamber] +=
-          area_vector(positions.vector(corners[0]), positions.vector(corners[1]), positions.vector(corners[2])).norm();
-    }
-  }
-  sum_over_ranks(surface_->comm(), sum);
-  return sum;
+  return sum_over_triangles(*surface_, positions, number_of_triangle, count,
+                            [&middle](const auto& a, const auto& b, const auto& c) {
+                              return solid_angle(a - middle, b - middle, c - middle) / (4 * pi);
+                            });
 }
 
 ChamberWalls Chambers::walls(const GasExchange& exchange, const Field& positions, const Eigen::Vector3d& gravity,
                              double time) const {
-  const Eigen::VectorXd area = areas(positions);
+  const Eigen::VectorXd area =
+      sum_over_triangles(*surface_, positions, chamber_of_triangle_, count(),
+                         [](const auto& a, const auto& b, const auto& c) { return area_vector(a, b, c).norm(); });
   Eigen::VectorXd hole_area = Eigen::VectorXd::Zero(count());
   const std::vector<Rims::Hole> holes = rims_.holes(positions);
   for (const Rims::Hole& hole : holes) {

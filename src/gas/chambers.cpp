@@ -7,7 +7,6 @@
 #include "base/error.h"
 #include "base/units.h"
 #include "gas/chamber_keys.h"
-#include "gas/named_pieces.h"
 #include "geometry/key_points.h"
 #include "parallel/collective.h"
 
@@ -22,17 +21,17 @@ Chambers::Chambers(const Surface& surface, const GasOptions& gas, const std::map
   }
   const NamedPieces named = name_pieces(surface, options);
   for (const auto& [name, given] : named.chambers) {
-    add(name, *given);
+    chambers_.push_back({name, *given});
   }
   for (const int piece : surface.piece) {
     chamber_of_element_.push_back(named.chamber_of_piece[piece]);
   }
   initial_exchange_ = GasExchange(count(), static_cast<int>(gas.links.size()));
   set_nesting();
-  set_initial_volumes();
-
   Field rest(surface.particles, 3);
   rest.values() = surface.rest;
+  set_initial_volumes(rest);
+
   for (std::size_t piece = 0; piece < named.chamber_of_piece.size(); ++piece) {
     const int number = named.chamber_of_piece[piece];
     if (number < 0 || !needs_volume(number)) {
@@ -53,7 +52,7 @@ Chambers::Chambers(const Surface& surface, const GasOptions& gas, const std::map
     }
   }
   for (int chamber = 0; chamber < count(); ++chamber) {
-    require_inside(chamber);
+    require_inside(chamber, rest);
   }
   set_amounts();
   find_joined();
@@ -63,11 +62,8 @@ Chambers::Chambers(const Surface& surface, const GasOptions& gas, const std::map
                    const Eigen::Vector3d& origin, const std::vector<PetscInt>& numbers, const GasExchange* exchange,
                    const SymmetryPlanes& planes)
     : surface_(&surface), gas_(gas), origin_(origin), planes_(planes), chamber_of_element_(numbers) {
-  PetscInt last = -1;
-  for (const PetscInt number : numbers) {
-    last = std::max(last, number);
-  }
-  last = max_over_ranks(surface.comm(), last);
+  PetscInt last =
+      max_over_ranks(surface.comm(), numbers.empty() ? -1 : *std::max_element(numbers.begin(), numbers.end()));
   PetscInt parts = 0;
   if (exchange != nullptr) {
     last = static_cast<PetscInt>(exchange->parent.size()) - 1;
@@ -80,7 +76,7 @@ Chambers::Chambers(const Surface& surface, const GasOptions& gas, const std::map
     require_valid_chamber("chambers." + name, given, gas.ambient_pressure);
     const auto pieces = given.vertex < 0 ? static_cast<int>(last + 1 - parts - with_vertex) : 1;
     for (int piece = 1; piece <= pieces; ++piece) {
-      add(name_of_piece(name, piece), given);
+      chambers_.push_back({name_of_piece(name, piece), given});
     }
   }
   for (PetscInt part = last + 1 - parts; part <= last; ++part) {
@@ -97,7 +93,9 @@ Chambers::Chambers(const Surface& surface, const GasOptions& gas, const std::map
     initial_exchange_.outside = exchange->outside;
     initial_exchange_.parent = exchange->parent;
   }
-  set_initial_volumes();
+  Field rest(surface.particles, 3);
+  rest.values() = surface.rest;
+  set_initial_volumes(rest);
   for (PetscInt chamber = 0; exchange != nullptr && chamber <= last; ++chamber) {
     chambers_[chamber].initial_volume = exchange->reference_volume[chamber];
   }
@@ -105,28 +103,19 @@ Chambers::Chambers(const Surface& surface, const GasOptions& gas, const std::map
   find_joined();
 }
 
-void Chambers::add(const std::string& name, const ChamberOptions& options) {
-  Chamber& chamber = chambers_.emplace_back();
-  chamber.name = name;
-  chamber.law = options.law;
-  chamber.options = options;
-}
-
 /// Sets the initial volumes of chambers whose elements are known, all of them active. Collective.
-void Chambers::set_initial_volumes() {
+void Chambers::set_initial_volumes(const Field& rest) {
   set_active(ActiveSet(*surface_));
-  Field rest(surface_->particles, 3);
-  rest.values() = surface_->rest;
   const Eigen::VectorXd volume = initial_exchange_.gas_volumes(volumes(rest));
-  for (std::size_t chamber = 0; chamber < chambers_.size(); ++chamber) {
-    chambers_[chamber].initial_volume = volume[static_cast<Eigen::Index>(chamber)];
+  for (int chamber = 0; chamber < count(); ++chamber) {
+    chambers_[chamber].initial_volume = volume[chamber];
   }
 }
 
 /// Sets defaults for what the options of chambers with an amount of gas leave out.
 void Chambers::set_amounts() {
   for (Chamber& chamber : chambers_) {
-    if (chamber.law != GasLaw::isothermal && chamber.law != GasLaw::adiabatic) {
+    if (!chamber.has_amount()) {
       continue;
     }
     ChamberOptions& given = chamber.options;
@@ -169,7 +158,7 @@ void Chambers::set_nesting() {
     const int round = number_of(self.options.inside, key, "");
     initial_exchange_.outside[chamber] = round;
     for (const int either : {chamber, round}) {
-      if (of(either).law != GasLaw::isothermal && of(either).law != GasLaw::adiabatic) {
+      if (!of(either).has_amount()) {
         throw Error(key + ": chamber " + of(either).name + " has the law " + of(either).options.law.name() +
                     ", expected isothermal or adiabatic inside another chamber and round one");
       }
@@ -192,19 +181,13 @@ void Chambers::set_nesting() {
 }
 
 /// Checks that a chamber lies inside another where the options say so. Collective.
-void Chambers::require_inside(int chamber) const {
+void Chambers::require_inside(int chamber, const Field& rest) const {
   const int round = initial_exchange_.gas_outside(chamber);
   if (round < 0 || !planes_.normals.empty()) {  // A part of a wall says nothing of what is in the whole.
     return;
   }
   constexpr double least_winding = 0.25;  // round an open wall it is less than 1
-  Field rest(surface_->particles, 3);
-  rest.values() = surface_->rest;
-  std::vector<int> is_round;
-  for (const int of_triangle : chamber_of_triangle_) {
-    is_round.push_back(of_triangle == round ? 0 : -1);
-  }
-  if (!(windings(chamber, rest, is_round, 1)[0] > least_winding)) {
+  if (!(windings(chamber, rest, chamber_of_triangle_, count())[round] > least_winding)) {
     throw Error("chambers." + of(chamber).name + ".inside: its piece does not lie in that of chamber " +
                 of(round).name + ", expected a chamber round it");
   }
@@ -216,7 +199,7 @@ void Chambers::find_joined() {
   const auto require_joinable = [&](int chamber, const std::string& key) {
     is_joined_[chamber] = true;
     const Chamber& self = of(chamber);
-    if (self.law != GasLaw::isothermal && self.law != GasLaw::adiabatic) {
+    if (!self.has_amount()) {
       throw Error(key + ": chamber " + self.name + " has the law " + self.options.law.name() +
                   ", expected isothermal or adiabatic, by which it has an amount of gas");
     }
@@ -246,17 +229,17 @@ void Chambers::find_joined() {
   }
   for (int chamber = 0; chamber < count(); ++chamber) {
     const ChamberOptions& options = of(chamber).options;
+    const auto round = static_cast<int>(initial_exchange_.outside[chamber]);
     const std::string key = "chambers." + of(chamber).name;
-    if (options.heat_transfer > 0) {
-      require_joinable(chamber, key + ".heat_transfer");
-    } else if (options.permeability > 0) {
-      require_joinable(chamber, key + ".permeability");
-    } else if (options.hole_discharge) {
-      require_joinable(chamber, key + ".hole_discharge");
+    for (const auto& [joins, name] :
+         {std::pair(options.heat_transfer > 0, ".heat_transfer"), std::pair(options.permeability > 0, ".permeability"),
+          std::pair(options.hole_discharge.has_value(), ".hole_discharge"), std::pair(round >= 0, ".inside")}) {
+      if (joins) {
+        require_joinable(chamber, key + name);
+      }
     }
-    if (initial_exchange_.outside[chamber] >= 0) {
-      require_joinable(chamber, key + ".inside");
-      require_joinable(static_cast<int>(initial_exchange_.outside[chamber]), key + ".inside");
+    if (round >= 0) {
+      require_joinable(round, key + ".inside");
     }
   }
   for (int chamber = 0; chamber < count(); ++chamber) {
@@ -266,12 +249,12 @@ void Chambers::find_joined() {
   }
 }
 
-Chambers::Vessels Chambers::vessels(const GasExchange& exchange) const {
+Chambers::Vessels Chambers::vessels(const GasExchange& exchange, int first) const {
   Vessels result;
   result.of_chamber.assign(chambers_.size(), -1);
   for (const int chamber : joined_) {
     if (!exchange.is_part(chamber)) {
-      result.of_chamber[chamber] = static_cast<int>(result.chambers.size());
+      result.of_chamber[chamber] = first + static_cast<int>(result.chambers.size());
       result.chambers.push_back(chamber);
     }
   }
@@ -283,7 +266,7 @@ Chambers::Vessels Chambers::vessels(const GasExchange& exchange) const {
 
 GasNetwork::Vessel Chambers::vessel(int chamber) const {
   const Chamber& self = of(chamber);
-  return {self.name, self.law == GasLaw::isothermal, self.gamma, self.initial_volume};
+  return {self.options.law == GasLaw::isothermal, self.gamma, self.initial_volume};
 }
 
 }  // namespace gas

@@ -81,7 +81,7 @@ class Chambers {
   const GasExchange& initial_exchange() const { return initial_exchange_; }
 
   /// Whether a chamber's law depends on the volume.
-  bool needs_volume(int chamber) const { return of(chamber).law != GasLaw::pressure; }
+  bool needs_volume(int chamber) const { return of(chamber).options.law != GasLaw::pressure; }
   /// Whether gas flows through holes of a chamber's wall; caps close them for the volume (Rims).
   bool vents(int chamber) const { return of(chamber).options.hole_discharge.has_value(); }
   /// Whether a chamber may not have holes.
@@ -149,27 +149,23 @@ class Chambers {
   /// Numbers of the joined chambers, ascending.
   const std::vector<int>& joined() const { return joined_; }
   bool is_joined(int chamber) const { return is_joined_[chamber]; }
-  /// The joined chambers that are vessels of a network.
+  /// The joined chambers that are vessels of a network, which may have those of other objects, too.
   struct Vessels {
     std::vector<int> chambers;  ///< of each vessel, ascending
-    std::vector<int>
-        of_chamber;  ///< the vessel with the gas inside the wall of each chamber; -1: none, it is not joined
+    /// Number in the network of the vessel with the gas inside the wall of each chamber; -1: none, it is not joined.
+    std::vector<int> of_chamber;
 
     /// Number of the vessel with the gas of a chamber. @param chamber below 0: GasNetwork::ambient
     int number(int chamber) const { return chamber < 0 ? GasNetwork::ambient : of_chamber[chamber]; }
   };
-  Vessels vessels(const GasExchange& exchange) const;
+  /// @param first number in the network of the first vessel
+  Vessels vessels(const GasExchange& exchange, int first = 0) const;
   GasNetwork::Vessel vessel(int chamber) const;
   /// c_v of a mole of a joined chamber's gas [J/(mol K)].
   double heat_capacity(int chamber) const { return gas_constant / (of(chamber).gamma - 1); }
 
-  /// A link with one or both ends in these chambers.
-  struct Link {
-    std::string name;
-    int from = GasNetwork::ambient;  ///< number of a chamber, ambient or elsewhere
-    int to = GasNetwork::ambient;
-    LinkOptions options;
-  };
+  /// A link with one or both ends in these chambers: numbers of chambers, ambient or elsewhere.
+  using Link = GasNetwork::Link;
   static constexpr int elsewhere = -2;  ///< end of a link in a chamber of another object, which the options name
   const std::vector<Link>& links() const { return links_; }
   bool has_links_elsewhere() const {
@@ -182,15 +178,18 @@ class Chambers {
   ChamberWalls walls(const GasExchange& exchange, const Field& positions, const Eigen::Vector3d& gravity,
                      double time) const;
   double heat_transfer(int chamber) const { return of(chamber).options.heat_transfer; }  ///< [W/(m^2 K)]
-  /// Data of the network's step for these chambers alone. @param walls W at its end [m^3]
-  GasNetwork::Step network_step(const GasStep& start, const Eigen::VectorXd& walls, double time) const;
+  /// Adds the data of these chambers to those of a network's step. @param walls W at its end [m^3]
+  void add_to_step(GasNetwork::Step& step, const GasStep& start, const Vessels& vessels, const Eigen::VectorXd& walls,
+                   double time) const;
   /// The exchange at the end of the step. A chamber becomes open if its holes are larger than a tenth of its remaining
   /// wall and its pressure is within a hundred thousandth of that outside, or if its holes are larger than the wall; if
   /// it is inside another, it becomes a part of that one instead.
+  /// @param links number in the network of each of `links`; -1: nothing flows
   /// @param walls W at the end [m^3] @param caps part of the change of W that the caps of holes have swept [m^3]
-  /// @param step from network_step @param end its solution, with the flows of `links`
-  GasExchange end_step(const GasStep& start, const Eigen::VectorXd& walls, const Eigen::VectorXd& caps,
-                       const GasNetwork::Step& step, const GasNetwork::End& end) const;
+  /// @param time at the end [s] @param end of the network
+  GasExchange end_step(const GasStep& start, const Vessels& vessels, const std::vector<int>& links,
+                       const Eigen::VectorXd& walls, const Eigen::VectorXd& caps, double time,
+                       const GasNetwork::End& end) const;
 
   /// Message that names a balance of a joined chamber that does not close to 1e-10 of its terms; empty if all close.
   /// Amounts must change by the flows through links and holes, energies by their enthalpy and by work and heat of the
@@ -204,72 +203,50 @@ class Chambers {
   GasExchange recapped(const GasExchange& exchange, const Eigen::VectorXd& walls, double time) const;
 
   /// Whether a chamber's volume is prescribed, so that the pressure is a Lagrange multiplier.
-  bool prescribes_volume(int chamber) const { return of(chamber).law == GasLaw::volume; }
+  bool prescribes_volume(int chamber) const { return of(chamber).options.law == GasLaw::volume; }
   /// The volume of a chamber that prescribes_volume [m^3].
   double prescribed_volume(int chamber, double time) const;
 
  private:
   struct Chamber {
     std::string name;
-    GasLaw law = GasLaw::relative;
     ChamberOptions options;     ///< with defaults for what the law needs
     double initial_volume = 0;  ///< V0 [m^3]
     double unit_amount = 1;     ///< unit of the key points `amount` [mol]
     double gamma = 1;           ///< of the laws isothermal and adiabatic
     int parent = -1;            ///< as in GasExchange
-  };
-  /// The gas of a chamber at its present volume.
-  struct Content {
-    double amount = 0;  ///< [mol]
-    double heat = 0;    ///< n T [mol K]
-  };
 
-  void add(const std::string& name, const ChamberOptions& options);
-  void set_initial_volumes();
+    /// Whether the law is one by which the chamber has an amount of gas.
+    bool has_amount() const { return options.law == GasLaw::isothermal || options.law == GasLaw::adiabatic; }
+  };
+  /// The gas of a chamber at its present volume: n [mol] and n T [mol K].
+  using Content = Eigen::Array2d;
+
+  void set_initial_volumes(const Field& rest);
   void set_nesting();
-  void require_inside(int chamber) const;
+  void require_inside(int chamber, const Field& rest) const;
   void make_gradient_pattern();
   VesselGas vessel_gas(const GasExchange& exchange, int chamber, double time) const;
-  Content content(const GasExchange& exchange, int chamber, double time) const;
   std::vector<Content> contents(const GasExchange& exchange, double time) const;
   void fill(GasExchange& exchange, int number, int like, const Content& gas, double volume) const;
-  static void leak_out(GasExchange& exchange, std::vector<Content>& contents, int chamber, const Content& gas,
-                       double heat_capacity);
+  void leak_out(GasExchange& exchange, std::vector<Content>& contents, int chamber, const Content& gas) const;
   Eigen::VectorXd volumes(const Field& positions, const std::vector<int>& chamber_of_triangle, const Rims& rims,
                           int count) const;
   Eigen::VectorXd windings(int chamber, const Field& positions, const std::vector<int>& number_of_triangle,
                            int count) const;
+  Eigen::SparseMatrix<double> volume_gradients(const Field& positions, int only) const;
   void set_amounts();
   void find_joined();
-  void become_part(GasExchange& exchange, int chamber, double time) const;
   double pressure_outside(const GasExchange& exchange, const Vessels& vessels, int chamber,
                           const GasNetwork::End& end) const;
-  void add_link_flows(GasExchange& exchange, Eigen::VectorXd& energy, const Vessels& vessels,
-                      const GasNetwork::End& end) const;
-  /// Heat and work of the gas of a joined chamber in a step.
-  struct EnergyBalance {
-    double heat = 0;  ///< gained by the gas, as VesselGas::heat [mol K]
-    double work = 0;  ///< done by the gas [J]
-  };
-  EnergyBalance energy_balance(int chamber, double from, double to, double heat, double end_heat, double energy) const;
+  std::pair<double, double> energy_balance(int chamber, double from, double to, double heat, double end_heat,
+                                           double energy) const;
   void open_chambers(GasExchange& exchange, const GasStep& start, const Vessels& vessels, double time,
                      const GasNetwork::End& end) const;
-  std::vector<int> balanced_together(const GasExchange& exchange) const;
-  /// Residuals of the balances of amount [mol] and energy [J] (2 x chambers).
-  struct Residuals {
-    Eigen::MatrixXd sum;    ///< of all terms; 0 if the balance closes
-    Eigen::MatrixXd scale;  ///< sum of the absolute values
-  };
-  Residuals balance_residuals(const GasExchange& exchange, const std::vector<int>& first,
-                              const std::vector<GasState>& gas) const;
   struct WallParts;
   WallParts wall_parts(const std::vector<PetscInt>& piece, const GasExchange& exchange) const;
-  std::vector<std::pair<int, int>> nested_in_parts(const WallParts& walls, const GasExchange& exchange,
-                                                   const Field& positions) const;
   std::vector<int> divide_gas(Division& division, const WallParts& walls, const Eigen::VectorXd& volume,
                               double time) const;
-  void share_gas(GasExchange& exchange, std::vector<Content>& contents, int chamber,
-                 const std::vector<std::pair<int, double>>& shares) const;
   int number_of(const std::string& name, const std::string& key, const std::string& others) const;
   /// A pressure that changes with the place, beside the mean on a chamber's wall.
   struct UnevenPressure {
@@ -280,7 +257,6 @@ class Chambers {
   };
   std::vector<UnevenPressure> uneven_pressures(const GasExchange& exchange, const Field& positions,
                                                const Eigen::Vector3d& gravity, double time) const;
-  Eigen::VectorXd areas(const Field& positions) const;
   /// Amount of gas in a joined chamber at time 0 [mol].
   double first_amount(int chamber) const { return of(chamber).unit_amount * of(chamber).options.amount.front()[1]; }
   /// Internal energy of the gas in a joined chamber; 0 of other chambers [J].

@@ -42,15 +42,14 @@ double moved_wall(const Chambers& chambers, const GasExchange& exchange, int cha
 void require_alike(const FlowingGas::Object& first, const FlowingGas::Object& other) {
   const GasOptions& a = first.chambers->gas_options();
   const GasOptions& b = other.chambers->gas_options();
-  const auto require = [&](const std::string& key, double of_first, double of_other) {
-    if (of_first != of_other) {
-      throw Error(other.name + ": " + key + ": " + number_text(of_other) + ", expected " + number_text(of_first) +
+  for (const auto& [key, value] : {std::pair("gas.ambient_pressure", &GasOptions::ambient_pressure),
+                                   std::pair("gas.ambient_temperature", &GasOptions::ambient_temperature),
+                                   std::pair("gas.molar_mass", &GasOptions::molar_mass)}) {
+    if (a.*value != b.*value) {
+      throw Error(other.name + ": " + key + ": " + number_text(b.*value) + ", expected " + number_text(a.*value) +
                   " as of " + first.name + ", to whose chambers its own are linked");
     }
-  };
-  require("gas.ambient_pressure", a.ambient_pressure, b.ambient_pressure);
-  require("gas.ambient_temperature", a.ambient_temperature, b.ambient_temperature);
-  require("gas.molar_mass", a.molar_mass, b.molar_mass);
+  }
 }
 
 }  // namespace
@@ -67,13 +66,9 @@ FlowingGas::FlowingGas(std::vector<Object> objects) : objects_(std::move(objects
 int FlowingGas::end_elsewhere(const std::string& name, const std::string& link) const {
   const std::string of_object = name.substr(0, name.find('.'));
   for (std::size_t object = 0; object < objects(); ++object) {
-    if (objects_[object].name != of_object) {
-      continue;
-    }
     for (const Chambers::Link& other : chambers(object).links()) {
-      if (other.name == link) {
-        const int end = other.from == Chambers::elsewhere ? other.to : other.from;
-        return first_vessel_[object] + vessels_[object].number(end);
+      if (objects_[object].name == of_object && other.name == link) {
+        return vessels_[object].number(other.from == Chambers::elsewhere ? other.to : other.from);
       }
     }
   }
@@ -81,20 +76,26 @@ int FlowingGas::end_elsewhere(const std::string& name, const std::string& link) 
 }
 
 void FlowingGas::make_network() {
-  first_vessel_ = {0};
   vessels_.clear();
   inside_.clear();
   std::vector<GasNetwork::Vessel> vessels;
   for (std::size_t object = 0; object < objects(); ++object) {
     inside_.push_back(exchange(object).inside);
-    vessels_.push_back(chambers(object).vessels(exchange(object)));
+    vessels_.push_back(chambers(object).vessels(exchange(object), static_cast<int>(vessels.size())));
     for (const int chamber : vessels_.back().chambers) {
       vessels.push_back(chambers(object).vessel(chamber));
     }
-    first_vessel_.push_back(static_cast<int>(vessels.size()));
   }
   network_ = GasNetwork(std::move(vessels), network_links(), chambers(0).gas_options());
-  find_sides_of_walls();
+  within_.clear();
+  beyond_.clear();
+  for (std::size_t object = 0; object < objects(); ++object) {
+    for (const int chamber : chambers(object).joined()) {
+      const int outside = vessels_[object].number(exchange(object).gas_outside(chamber));
+      within_.push_back(vessels_[object].number(chamber));
+      beyond_.push_back(outside < 0 ? network_.count() : outside);
+    }
+  }
 }
 
 /// The links of all objects, each once; sets link_of_.
@@ -104,23 +105,19 @@ std::vector<GasNetwork::Link> FlowingGas::network_links() {
   for (std::size_t object = 0; object < objects(); ++object) {
     for (const Chambers::Link& link : chambers(object).links()) {
       const auto end_of = [&](int end, const std::string& name) {
-        return end == Chambers::elsewhere ? end_elsewhere(name, link.name)
-               : end < 0                  ? GasNetwork::ambient
-                                          : first_vessel_[object] + vessels_[object].number(end);
+        return end == Chambers::elsewhere ? end_elsewhere(name, link.name) : vessels_[object].number(end);
       };
       const int from = end_of(link.from, link.options.from);
       const int to = end_of(link.to, link.options.to);
-      int number = -1;
-      if (link.from == Chambers::elsewhere || link.to == Chambers::elsewhere) {  // The other object may have had it.
-        const auto same = std::find_if(links.begin(), links.end(), [&](const GasNetwork::Link& other) {
-          return other.name == link.name && other.from == from && other.to == to;
-        });
-        number = same != links.end() ? static_cast<int>(same - links.begin()) : -1;
-      }
-      const bool leads_somewhere = from != to || link.from == link.to;  // What is amiss the network says.
-      if (number < 0 && leads_somewhere) {
-        number = static_cast<int>(links.size());
+      const bool may_be_there = link.from == Chambers::elsewhere || link.to == Chambers::elsewhere;  // of the other one
+      const auto same = std::find_if(links.begin(), links.end(), [&](const GasNetwork::Link& other) {
+        return may_be_there && other.name == link.name && other.from == from && other.to == to;
+      });
+      int number = static_cast<int>(same - links.begin());
+      if (same == links.end() && (from != to || link.from == link.to)) {  // What is amiss the network says.
         links.push_back({link.name, from, to, link.options});
+      } else if (same == links.end()) {
+        number = -1;
       }
       link_of_[object].push_back(number);
     }
@@ -128,197 +125,102 @@ std::vector<GasNetwork::Link> FlowingGas::network_links() {
   return links;
 }
 
-void FlowingGas::find_sides_of_walls() {
-  sides_of_walls_.clear();
-  for (std::size_t object = 0; object < objects(); ++object) {
-    const int first = first_vessel_[object];
-    for (const int chamber : chambers(object).joined()) {
-      const int outside = vessels_[object].number(exchange(object).gas_outside(chamber));
-      sides_of_walls_.push_back({first + vessels_[object].number(chamber), outside < 0 ? -1 : first + outside});
-    }
-  }
-}
-
 void FlowingGas::begin_step() {
-  bool is_same = true;
   for (std::size_t object = 0; object < objects(); ++object) {
-    is_same = is_same && inside_[object] == exchange(object).inside;
-  }
-  if (!is_same) {
-    make_network();
+    if (inside_[object] != exchange(object).inside) {
+      make_network();
+      return;
+    }
   }
 }
 
 GasNetwork::Step FlowingGas::network_step(const Walls& walls, double time) const {
-  GasNetwork::Step all = chambers(0).network_step(*objects_[0].step, walls[0], time);
-  const auto append = [](Eigen::VectorXd& values, const Eigen::VectorXd& others) {
-    values.conservativeResize(values.size() + others.size());
-    values.tail(others.size()) = others;
-  };
-  const auto fill_in = [](Eigen::VectorXd& values, std::size_t size) {
-    if (values.size() == 0) {
-      values.setZero(static_cast<Eigen::Index>(size));
-    }
-  };
-  for (std::size_t object = 1; object < objects(); ++object) {
-    GasNetwork::Step own = chambers(object).network_step(*objects_[object].step, walls[object], time);
-    const int first = first_vessel_[object];
-    for (GasNetwork::Leak leak : own.leaks) {
-      leak.vessel += first;
-      leak.outside += leak.outside < 0 ? 0 : first;
-      all.leaks.push_back(leak);
-    }
-    if (all.conductance.size() + own.conductance.size() > 0) {
-      for (Eigen::VectorXd* values : {&all.conductance, &all.wall_temperature}) {
-        fill_in(*values, all.gas.size());
-      }
-      for (Eigen::VectorXd* values : {&own.conductance, &own.wall_temperature}) {
-        fill_in(*values, own.gas.size());
-      }
-      append(all.conductance, own.conductance);
-      append(all.wall_temperature, own.wall_temperature);
-    }
-    append(all.volume, own.volume);
-    append(all.start_volume, own.start_volume);
-    append(all.temperature, own.temperature);
-    all.gas.insert(all.gas.end(), own.gas.begin(), own.gas.end());
+  GasNetwork::Step step;
+  step.time = time;
+  step.h = objects_[0].step->h;
+  for (std::size_t object = 0; object < objects(); ++object) {
+    chambers(object).add_to_step(step, *objects_[object].step, vessels_[object], walls[object], time);
   }
-  return all;
+  return step;
 }
 
 GasNetwork::End FlowingGas::solve(const GasNetwork::Step& step) const {
-  if (network_.count() == 0) {
-    return {};
-  }
-  if (!(step.volume.minCoeff() > 0)) {
-    GasNetwork::End end;
-    end.converged = false;
-    return end;
-  }
-  return network_.solve(step);
+  GasNetwork::End end;
+  end.converged = network_.count() == 0;
+  return end.converged || !(step.volume.minCoeff() > 0) ? end : network_.solve(step);
 }
 
 std::vector<GasState> FlowingGas::end_states(std::size_t object, const Walls& walls, double time,
                                              const GasNetwork::End& end) const {
   const Chambers& own = chambers(object);
   std::vector<GasState> states = own.states_against_ambient(exchange(object), walls[object], time);
-  for (std::size_t v = 0; v < vessels_[object].chambers.size(); ++v) {
-    const int chamber = vessels_[object].chambers[v];
-    const int vessel = first_vessel_[object] + static_cast<int>(v);
+  for (const int chamber : vessels_[object].chambers) {
+    const int number = vessels_[object].number(chamber);
     GasState& gas = states[chamber];
     if (!end.converged) {
       gas.pressure = std::numeric_limits<double>::quiet_NaN();
       continue;
     }
-    gas.absolute_pressure = end.pressure[vessel];
-    gas.pressure = exchange(object).is_open(chamber) ? 0 : end.pressure[vessel] - own.gas_options().ambient_pressure;
-    gas.amount = end.gas[vessel].amount;
-    gas.temperature = end.temperature[vessel];
+    gas.absolute_pressure = end.pressure[number];
+    gas.pressure = exchange(object).is_open(chamber) ? 0 : end.pressure[number] - own.gas_options().ambient_pressure;
+    gas.amount = end.gas[number].amount;
+    gas.temperature = end.temperature[number];
   }
   Chambers::put_across_walls(exchange(object), states);
   return states;
 }
 
 Eigen::MatrixXd FlowingGas::slopes(const GasNetwork::Step& step, const GasNetwork::End& end) const {
-  Eigen::MatrixXd of_vessels = network_.slopes(step, end);
+  // With a row and a column of zeros for the ambient air; open chambers have zeros, too.
+  const int count = network_.count();
+  Eigen::MatrixXd of_vessels = Eigen::MatrixXd::Zero(count + 1, count + 1);
+  of_vessels.topLeftCorner(count, count) = network_.slopes(step, end);
   for (std::size_t object = 0; object < objects(); ++object) {
-    for (std::size_t v = 0; v < vessels_[object].chambers.size(); ++v) {
-      if (exchange(object).is_open(vessels_[object].chambers[v])) {
-        of_vessels.row(first_vessel_[object] + static_cast<int>(v)).setZero();
-        of_vessels.col(first_vessel_[object] + static_cast<int>(v)).setZero();
+    for (const int chamber : vessels_[object].chambers) {
+      if (exchange(object).is_open(chamber)) {
+        of_vessels.row(vessels_[object].number(chamber)).setZero();
+        of_vessels.col(vessels_[object].number(chamber)).setZero();
       }
     }
   }
   // Pressure across a wall: inside less outside; W adds to the volume inside and reduces that outside.
-  const auto walls = static_cast<Eigen::Index>(sides_of_walls_.size());
-  Eigen::MatrixXd of_walls(of_vessels.rows(), walls);
-  Eigen::MatrixXd result(walls, walls);
-  const auto row = [](const Eigen::MatrixXd& of, int vessel) -> Eigen::RowVectorXd {
-    return vessel < 0 ? Eigen::RowVectorXd::Zero(of.cols()).eval() : of.row(vessel).eval();
-  };
-  for (Eigen::Index wall = 0; wall < walls; ++wall) {
-    const auto& [inside, outside] = sides_of_walls_[wall];
-    of_walls.col(wall) = of_vessels.col(inside);
-    if (outside >= 0) {
-      of_walls.col(wall) -= of_vessels.col(outside);
-    }
-  }
-  for (Eigen::Index wall = 0; wall < walls; ++wall) {
-    const auto& [inside, outside] = sides_of_walls_[wall];
-    result.row(wall) = row(of_walls, inside) - row(of_walls, outside);
-  }
-  return result;
-}
-
-GasNetwork::Step FlowingGas::own_step(std::size_t object, const GasNetwork::Step& step) const {
-  GasNetwork::Step own;
-  own.gas.assign(step.gas.begin() + first_vessel_[object], step.gas.begin() + first_vessel_[object + 1]);
-  own.time = step.time;
-  return own;
-}
-
-GasNetwork::End FlowingGas::own_end(std::size_t object, const GasNetwork::End& end) const {
-  const int first = first_vessel_[object];
-  const int count = first_vessel_[object + 1] - first;
-  GasNetwork::End own;
-  own.converged = end.converged;
-  own.gas.assign(end.gas.begin() + first, end.gas.begin() + first + count);
-  own.pressure = end.pressure.segment(first, count);
-  own.temperature = end.temperature.segment(first, count);
-  own.leak = end.leak.segment(first, count);
-  own.leak_enthalpy = end.leak_enthalpy.segment(first, count);
-  own.wall_heat = end.wall_heat.segment(first, count);
-  own.flow.setZero(static_cast<Eigen::Index>(link_of_[object].size()));
-  own.enthalpy = own.flow;
-  for (std::size_t link = 0; link < link_of_[object].size(); ++link) {
-    if (const int number = link_of_[object][link]; number >= 0) {
-      own.flow[static_cast<Eigen::Index>(link)] = end.flow[number];
-      own.enthalpy[static_cast<Eigen::Index>(link)] = end.enthalpy[number];
-    }
-  }
-  return own;
+  const Eigen::MatrixXd of_walls = of_vessels(Eigen::all, within_) - of_vessels(Eigen::all, beyond_);
+  return of_walls(within_, Eigen::all) - of_walls(beyond_, Eigen::all);
 }
 
 GasExchange FlowingGas::end_step(std::size_t object, const Walls& walls, const Walls& caps,
                                  const GasNetwork::Step& step, const GasNetwork::End& end) const {
-  return chambers(object).end_step(*objects_[object].step, walls[object], caps[object], own_step(object, step),
-                                   own_end(object, end));
-}
-
-/// First guess of W at the end of a step: as if no chamber were joined; of chambers inside others, and of those round
-/// them, W at the beginning.
-Eigen::VectorXd FlowingGas::walls_moved_alone(std::size_t object, const Response& response, double time) const {
-  const Chambers& own = chambers(object);
-  const GasExchange& exchange = this->exchange(object);
-  Eigen::VectorXd walls = exchange.last_volumes();
-  std::vector<bool> is_nested(own.count());
-  for (int chamber = 0; chamber < own.count(); ++chamber) {
-    if (const int outside = exchange.gas_outside(chamber); outside >= 0) {
-      is_nested[chamber] = true;
-      is_nested[outside] = true;
-    }
-  }
-  for (int chamber = 0; chamber < own.count(); ++chamber) {
-    if (!is_nested[chamber]) {
-      walls[chamber] = moved_wall(own, exchange, chamber, response.walls[chamber], response.compliance[chamber], time);
-    }
-  }
-  return walls;
+  return chambers(object).end_step(*objects_[object].step, vessels_[object], link_of_[object], walls[object],
+                                   caps[object], step.time, end);
 }
 
 FlowingGas::Walls FlowingGas::moved_walls(Walls walls, const std::vector<Response>& responses, double time) const {
   std::vector<MovedWall> moved;
   int number = 0;
   for (std::size_t object = 0; object < objects(); ++object) {
-    const Response& response = responses[object];
-    if (response.compliance.size() == 0) {
-      number += static_cast<int>(chambers(object).joined().size());
+    const Chambers& own = chambers(object);
+    const auto& [free, compliance] = responses[object];
+    if (compliance.size() == 0) {
+      number += static_cast<int>(own.joined().size());
       continue;
     }
-    walls[object] = walls_moved_alone(object, response, time);
-    for (const int chamber : chambers(object).joined()) {
-      moved.push_back({object, chamber, number, response.walls[chamber], response.compliance[chamber]});
-      ++number;
+    // First guess: as if no chamber were joined; of chambers inside others, and of those round them, W at the
+    // beginning.
+    std::vector<bool> is_nested(own.count());
+    for (int chamber = 0; chamber < own.count(); ++chamber) {
+      if (const int outside = exchange(object).gas_outside(chamber); outside >= 0) {
+        is_nested[chamber] = true;
+        is_nested[outside] = true;
+      }
+    }
+    walls[object] = exchange(object).last_volumes();
+    for (int chamber = 0; chamber < own.count(); ++chamber) {
+      if (!is_nested[chamber]) {
+        walls[object][chamber] = moved_wall(own, exchange(object), chamber, free[chamber], compliance[chamber], time);
+      }
+    }
+    for (const int chamber : own.joined()) {
+      moved.push_back({object, chamber, number++, free[chamber], compliance[chamber]});
     }
   }
   if (!moved.empty()) {

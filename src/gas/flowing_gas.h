@@ -61,8 +61,6 @@ class FlowingGas {
  private:
   void make_network();
   std::vector<GasNetwork::Link> network_links();
-  void find_sides_of_walls();
-  Eigen::VectorXd walls_moved_alone(std::size_t object, const Response& response, double time) const;
   /// A wall of a joined chamber that its pressure moves.
   struct MovedWall {
     std::size_t object;
@@ -72,19 +70,17 @@ class FlowingGas {
     double compliance;    ///< [m^3/Pa]
   };
   void balance_walls(Walls& walls, const std::vector<MovedWall>& moved, double time) const;
-  GasNetwork::Step own_step(std::size_t object, const GasNetwork::Step& step) const;
-  GasNetwork::End own_end(std::size_t object, const GasNetwork::End& end) const;
   const GasExchange& exchange(std::size_t object) const { return *objects_[object].step->exchange; }
   int end_elsewhere(const std::string& name, const std::string& link) const;
 
   std::vector<Object> objects_;
-  std::vector<int> first_vessel_;  ///< number of each object's first vessel, and the count of all
   GasNetwork network_;
   std::vector<std::vector<int>> link_of_;      ///< number in the network of each object's links; -1: no flow
   std::vector<Chambers::Vessels> vessels_;     ///< of each object, as in the network
   std::vector<std::vector<PetscInt>> inside_;  ///< GasExchange::inside of each object when the network was made
-  /// Vessels inside and outside of all joined walls, object after object.
-  std::vector<std::array<int, 2>> sides_of_walls_;
+  // Of all joined walls, object after object.
+  std::vector<int> within_;  ///< vessel inside
+  std::vector<int> beyond_;  ///< vessel outside; as many as there are: the ambient air
 };
 
 }  // namespace gas

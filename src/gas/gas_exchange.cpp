@@ -7,22 +7,21 @@ namespace pellicle {
 inline namespace gas {
 
 GasExchange::GasExchange(int chambers, int links)
-    : amount(Eigen::VectorXd::Zero(chambers)),
-      heat(Eigen::VectorXd::Zero(chambers)),
-      open(chambers, 0),
-      leak_amount(Eigen::VectorXd::Zero(chambers)),
-      leak_enthalpy(Eigen::VectorXd::Zero(chambers)),
-      wall_heat(Eigen::VectorXd::Zero(chambers)),
-      work(Eigen::VectorXd::Zero(chambers)),
+    : open(chambers, 0),
       link_amount(Eigen::VectorXd::Zero(links)),
       link_enthalpy(Eigen::VectorXd::Zero(links)),
-      first_energy(Eigen::VectorXd::Zero(chambers)),
-      volume(Eigen::VectorXd::Zero(chambers)),
       inside(chambers),
       outside(chambers, -1),
-      parent(chambers, -1),
-      reference_volume(Eigen::VectorXd::Zero(chambers)) {
+      parent(chambers, -1) {
+  for (Eigen::VectorXd* values : of_chambers()) {
+    values->setZero(chambers);
+  }
   std::iota(inside.begin(), inside.end(), 0);
+}
+
+/// The vectors of numbers with one for each chamber.
+std::array<Eigen::VectorXd*, 9> GasExchange::of_chambers() {
+  return {&amount, &heat, &leak_amount, &leak_enthalpy, &wall_heat, &work, &first_energy, &volume, &reference_volume};
 }
 
 Eigen::VectorXd GasExchange::gas_volumes(const Eigen::VectorXd& walls) const {
@@ -66,15 +65,14 @@ Eigen::VectorXd GasExchange::last_volumes() const {
 
 void GasExchange::add_part(int chamber) {
   const int part = chambers();
-  for (Eigen::VectorXd* values :
-       {&amount, &heat, &leak_amount, &leak_enthalpy, &wall_heat, &work, &first_energy, &volume}) {
+  for (Eigen::VectorXd* values : of_chambers()) {
     values->conservativeResizeLike(Eigen::VectorXd::Zero(part + 1));
   }
+  reference_volume[part] = reference_volume[chamber];
   open.push_back(0);
   inside.push_back(part);
   outside.push_back(outside[chamber]);
   parent.push_back(chamber);
-  reference_volume.conservativeResizeLike(Eigen::VectorXd::Constant(part + 1, reference_volume[chamber]));
 }
 
 }  // namespace gas

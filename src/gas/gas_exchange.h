@@ -3,6 +3,7 @@
 #include <petscsys.h>
 
 #include <Eigen/Core>
+#include <array>
 #include <vector>
 
 #include "gas/gas_network.h"
@@ -58,6 +59,9 @@ struct GasExchange {
   Eigen::VectorXd last_volumes() const;
   /// Adds a chamber without gas as a part of a given one.
   void add_part(int chamber);
+
+ private:
+  std::array<Eigen::VectorXd*, 9> of_chambers();
 };
 
 /// Properties of the walls of the chambers for their gas in a step.

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "gas/gas_options.h"
-#include "gas/orifice.h"
 
 namespace pellicle {
 inline namespace gas {
@@ -36,7 +35,6 @@ struct VesselGas {
 class GasNetwork {
  public:
   struct Vessel {
-    std::string name;
     bool keeps_temperature = true;
     double gamma = 1.4;           ///< ratio of the heat capacities
     double reference_volume = 1;  ///< [m^3]
@@ -89,27 +87,13 @@ class GasNetwork {
 
   int count() const { return static_cast<int>(vessels_.size()); }
   const Vessel& vessel(int number) const { return vessels_[number]; }
-  const std::vector<Link>& links() const { return links_; }
 
   End solve(const Step& step) const;
   /// The derivatives of the pressures by the volumes where a step ends, dp_i/dV_j in row i [Pa/m^3].
   Eigen::MatrixXd slopes(const Step& step, const End& end) const;
 
-  /// c_v of a mole of a vessel's gas [J/(mol K)].
-  double heat_capacity(int number) const { return gas_constant / (vessel(number).gamma - 1); }
-
  private:
-  struct Local;
-  struct Flow;
-  struct Balance;
-  class Assembly;
-
-  Local ambient_state() const;
-  Flow through_orifice(double area, double gamma, const Local& from, const Local& to) const;
-  Local local(int vessel, const Step& step, const VesselGas& gas) const;
-  Balance balance(const Step& step, const std::vector<VesselGas>& gas) const;
-  Eigen::VectorXd scales(const Step& step) const;
-  End end_of(Balance balance, std::vector<VesselGas> gas, bool converged) const;
+  class Balance;
 
   std::vector<Vessel> vessels_;
   std::vector<Link> links_;

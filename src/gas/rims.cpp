@@ -2,12 +2,12 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <functional>
 #include <iterator>
 #include <map>
 #include <set>
 #include <utility>
 
+#include "base/disjoint_sets.h"
 #include "parallel/collective.h"
 
 namespace pellicle {
@@ -22,6 +22,14 @@ struct NamedSide {
   int chamber;
   unsigned planes_of_from;
   unsigned planes_of_to;
+};
+
+/// A vertex of rims.
+struct Vertex {
+  int begun = 0;        ///< sides that begin here less those that end here
+  unsigned planes = 0;  ///< that it lies in
+  std::size_t number = 0;
+  PetscInt place = -1;  ///< number of the local particle; -1: another rank's
 };
 
 /// Projector on the directions that lie in all of some planes.
@@ -72,38 +80,52 @@ Rims::Rims(const Surface& surface, const std::vector<int>& chamber, const Eigen:
   if (all.empty()) {
     return;
   }
-  // Sides with a common end are of one rim, which has the lowest id of its ends.
-  std::map<PetscInt, PetscInt> lower;
-  const std::function<PetscInt(PetscInt)> lowest = [&](PetscInt id) {
-    PetscInt& next = lower.try_emplace(id, id).first->second;
-    return next == id ? id : next = lowest(next);
-  };
+  std::map<PetscInt, Vertex> vertices;  // by persistent id
   for (const NamedSide& side : all) {
-    const PetscInt a = lowest(side.from);
-    const PetscInt b = lowest(side.to);
-    lower[std::max(a, b)] = std::min(a, b);
+    Vertex& from = vertices[side.from];
+    Vertex& to = vertices[side.to];
+    from.begun += 1;
+    from.planes = side.planes_of_from;
+    to.begun -= 1;
+    to.planes = side.planes_of_to;
   }
-  std::map<PetscInt, std::size_t> rim_of;
-  for (const NamedSide& side : all) {
-    rim_of.try_emplace(lowest(side.from), 0);
-  }
-  std::size_t rims = 0;
-  for (auto& [id, rim] : rim_of) {
-    rim = rims++;
-  }
-  rims_.resize(rims);
-  std::map<PetscInt, PetscInt> place;  // of local particles at rims
-  for (const auto& [id, low] : lower) {
-    place[id] = -1;
+  std::size_t count = 0;
+  for (auto& [id, vertex] : vertices) {
+    vertex.number = count++;
   }
   for (PetscInt i = 0; i < surface.particles.local(); ++i) {
-    if (const auto found = place.find(surface.persistent_id[i]); found != place.end()) {
-      found->second = i;
+    if (const auto found = vertices.find(surface.persistent_id[i]); found != vertices.end()) {
+      found->second.place = i;
     }
+  }
+  // Sides with a common end are of one rim. Rims are in the order of the lowest ids of their vertices.
+  DisjointSets joined(count);
+  for (const NamedSide& side : all) {
+    joined.unite(vertices[side.from].number, vertices[side.to].number);
+  }
+  std::vector<std::size_t> rim_of;  // of the vertices by number
+  std::vector<unsigned> ends_in;    // planes in which each rim ends
+  for (const auto& [id, vertex] : vertices) {
+    const std::size_t lowest = joined.find(vertex.number);
+    rim_of.push_back(lowest == vertex.number ? ends_in.size() : rim_of[lowest]);
+    ends_in.resize(std::max(ends_in.size(), rim_of.back() + 1), 0);
+    ends_in[rim_of.back()] |= vertex.begun != 0 ? vertex.planes : 0;
+  }
+  for (const unsigned planes_of_ends : ends_in) {
+    rims_.emplace_back().projector = projector_on(planes_of_ends, planes.normals);
   }
   std::set<std::pair<PetscInt, PetscInt>> ends_of_all;
   for (const NamedSide& side : all) {
-    ends_of_all.insert({place.at(side.from), place.at(side.to)});
+    const Vertex& from = vertices[side.from];
+    const Vertex& to = vertices[side.to];
+    Rim& rim = rims_[rim_of[from.number]];
+    rim.chamber = side.chamber;
+    rim.sides += 1;
+    ends_of_all.insert({from.place, to.place});
+    const auto is_owned = [&](PetscInt end) { return end >= 0 && end < surface.particles.owned; };
+    if (is_owned(from.place) || is_owned(to.place)) {
+      sides_.push_back({{from.place, to.place}, rim_of[from.number]});
+    }
   }
   for (std::size_t triangle = 0; triangle < chamber.size(); ++triangle) {
     const auto& corners = surface.triangles[triangle];
@@ -113,32 +135,14 @@ Rims::Rims(const Surface& surface, const std::vector<int>& chamber, const Eigen:
       }
     }
   }
-  std::map<PetscInt, std::pair<int, unsigned>> begun;  // at each vertex: sides that begin less those that end; planes
-  for (const NamedSide& side : all) {
-    Rim& rim = rims_[rim_of.at(lowest(side.from))];
-    rim.chamber = side.chamber;
-    rim.sides += 1;
-    begun[side.from].first += 1;
-    begun[side.from].second = side.planes_of_from;
-    begun[side.to].first -= 1;
-    begun[side.to].second = side.planes_of_to;
-    const std::array<PetscInt, 2> ends{place.at(side.from), place.at(side.to)};
-    const auto is_owned = [&](PetscInt end) { return end >= 0 && end < surface.particles.owned; };
-    if (is_owned(ends[0]) || is_owned(ends[1])) {
-      sides_.push_back({ends, rim_of.at(lowest(side.from))});
-    }
-  }
-  std::vector<unsigned> ends_in(rims, 0);
-  for (const auto& [id, sides] : begun) {
-    ends_in[rim_of.at(lowest(id))] |= sides.first != 0 ? sides.second : 0;
-  }
-  for (std::size_t rim = 0; rim < rims; ++rim) {
-    rims_[rim].projector = projector_on(ends_in[rim], planes.normals);
-  }
 }
 
 /// The cap of each rim. Collective.
 std::vector<Rims::Cap> Rims::caps(const Field& positions) const {
+  std::vector<Cap> caps;
+  if (empty()) {
+    return caps;
+  }
   // Sums about the origin: of the sides' middles, of (to x from) / 2, and of (to - from) / 2.
   Eigen::Matrix<double, 9, Eigen::Dynamic> sums =
       Eigen::Matrix<double, 9, Eigen::Dynamic>::Zero(9, static_cast<Eigen::Index>(rims_.size()));
@@ -153,25 +157,20 @@ std::vector<Rims::Cap> Rims::caps(const Field& positions) const {
     }
   }
   sum_over_ranks(surface_->comm(), sums);
-  std::vector<Cap> caps;
   for (std::size_t rim = 0; rim < rims_.size(); ++rim) {
     const auto sum = sums.col(static_cast<Eigen::Index>(rim));
     const Eigen::Vector3d middle = rims_[rim].projector * sum.head<3>() / rims_[rim].sides;
     const Eigen::Vector3d cone = sum.segment<3>(3);
     // In the whole loop the parts across the planes cancel.
     const Eigen::Vector3d area = rims_[rim].projector * (cone + middle.cross(Eigen::Vector3d(sum.tail<3>())));
-    caps.push_back({origin_ + middle, area, middle.dot(cone) / 3});
+    caps.push_back({rims_[rim].chamber, origin_ + middle, area, middle.dot(cone) / 3});
   }
   return caps;
 }
 
 void Rims::add_volumes(const Field& positions, Eigen::VectorXd& volumes) const {
-  if (empty()) {
-    return;
-  }
-  const std::vector<Cap> all = caps(positions);
-  for (std::size_t rim = 0; rim < all.size(); ++rim) {
-    volumes[rims_[rim].chamber] += all[rim].volume;
+  for (const Cap& cap : caps(positions)) {
+    volumes[cap.chamber] += cap.volume;
   }
 }
 
@@ -181,25 +180,22 @@ std::vector<Rims::Hole> Rims::holes(const Field& positions) const {
     return holes;
   }
   const std::vector<Cap> all = caps(positions);
-  Eigen::VectorXd areas = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(all.size()));
+  std::vector<double> areas(all.size());
   for (const Side& side : sides_) {
     if (side.ends[0] < surface_->particles.owned) {
       const Eigen::Vector3d from = positions.vector(side.ends[0]) - all[side.rim].middle;
       const Eigen::Vector3d to = positions.vector(side.ends[1]) - all[side.rim].middle;
-      areas[static_cast<Eigen::Index>(side.rim)] += from.cross(to).norm() / 2;
+      areas[side.rim] += from.cross(to).norm() / 2;
     }
   }
   sum_over_ranks(surface_->comm(), areas);
   for (std::size_t rim = 0; rim < all.size(); ++rim) {
-    holes.push_back({rims_[rim].chamber, areas[static_cast<Eigen::Index>(rim)], all[rim].middle});
+    holes.push_back({rims_[rim].chamber, areas[rim], all[rim].middle});
   }
   return holes;
 }
 
 void Rims::add_thrust(const Eigen::VectorXd& thrust, const Field& positions, Eigen::Matrix3Xd& force) const {
-  if (empty()) {
-    return;
-  }
   const std::vector<Cap> all = caps(positions);
   for (const Side& side : sides_) {
     const Rim& rim = rims_[side.rim];

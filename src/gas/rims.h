@@ -49,6 +49,7 @@ class Rims {
     std::size_t rim = 0;
   };
   struct Cap {
+    int chamber;
     Eigen::Vector3d middle;  ///< [m]
     Eigen::Vector3d area;    ///< outwards [m^2]
     double volume;           ///< [m^3]

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "base/error.h"
 #include "base/units.h"
@@ -14,23 +15,12 @@
 namespace pellicle {
 inline namespace heat {
 
-namespace {
-
-constexpr int most_solves = 20;  ///< of a step
-
-Eigen::Map<Eigen::VectorXd> owned_values(double* values, Eigen::Index size) { return {values, size}; }
-
-}  // namespace
-
 Conduction::Conduction(const Surface& surface, const HeatOptions& options,
                        const std::vector<double>& diffusivity_factor)
     : surface_(surface),
-      umbrella_(options.operator_name == HeatOperator::umbrella),
+      options_(options),
       assembled_(options.mat_type == HeatMatrix::aij ||
                  (options.mat_type == HeatMatrix::automatic && asks_for_entries(options.solver_prefix))),
-      conducts_(options.diffusivity > 0),
-      tolerance_(options.ksp_rtol),
-      solver_prefix_(options.solver_prefix),
       diffusivity_(surface.particles.local(), options.diffusivity),
       product_(surface.particles.owned),
       exchange_(surface.particles, 1),
@@ -38,11 +28,15 @@ Conduction::Conduction(const Surface& surface, const HeatOptions& options,
   for (std::size_t i = 0; i < diffusivity_factor.size(); ++i) {
     diffusivity_[i] *= diffusivity_factor[i];
   }
-  graph_.pairs = umbrella_ ? umbrella_pairs(surface) : cotangent_pairs(surface);
+  graph_.pairs = options.operator_name == HeatOperator::umbrella ? umbrella_pairs(surface) : cotangent_pairs(surface);
   if (assembled_) {
     create_assembled();
   } else {
-    create_shell();
+    const Layout& particles = surface.particles;
+    check(MatCreateShell(surface.comm(), particles.owned, particles.owned, particles.global, particles.global, this,
+                         matrix_.create()));
+    set_shell_operation<&Conduction::multiply_vector>(matrix_, MATOP_MULT);
+    set_shell_operation<&Conduction::copy_diagonal>(matrix_, MATOP_GET_DIAGONAL);
   }
   set_definite(matrix_);
   set_matrix_options(matrix_, options.solver_prefix);
@@ -69,13 +63,11 @@ void Conduction::create_assembled() {
     columns.push_back(particles.to_global(i));
   }
   for (const auto& [a, b] : graph_.pairs) {
-    if (a < particles.owned) {
-      rows.push_back(particles.to_global(a));
-      columns.push_back(particles.to_global(b));
-    }
-    if (b < particles.owned) {
-      rows.push_back(particles.to_global(b));
-      columns.push_back(particles.to_global(a));
+    for (const auto& [row, column] : {std::pair(a, b), std::pair(b, a)}) {
+      if (row < particles.owned) {
+        rows.push_back(particles.to_global(row));
+        columns.push_back(particles.to_global(column));
+      }
     }
   }
   entries_.resize(rows.size());
@@ -85,16 +77,8 @@ void Conduction::create_assembled() {
   check(MatSetPreallocationCOO(matrix_, static_cast<PetscCount>(rows.size()), rows.data(), columns.data()));
 }
 
-void Conduction::create_shell() {
-  const Layout& particles = surface_.particles;
-  check(MatCreateShell(surface_.comm(), particles.owned, particles.owned, particles.global, particles.global, this,
-                       matrix_.create()));
-  set_shell_operation<&Conduction::multiply_vector>(matrix_, MATOP_MULT);
-  set_shell_operation<&Conduction::copy_diagonal>(matrix_, MATOP_GET_DIAGONAL);
-}
-
 void Conduction::update_operator(const ConductionInput& input) {
-  if (umbrella_) {
+  if (options_.operator_name == HeatOperator::umbrella) {
     set_umbrella(graph_, surface_, diffusivity_, input.positions, input.active);
   } else {
     set_cotangent(graph_, surface_, diffusivity_, input.positions, input.mass, input.active);
@@ -146,10 +130,10 @@ void Conduction::multiply_vector(Vec x, Vec product) {
 void Conduction::multiply(const double* x, double* product) {
   const PetscInt owned = surface_.particles.owned;
   const Eigen::Map<const Eigen::VectorXd> given(x, owned);
-  owned_values(exchange_.data(), owned) = given;
+  Eigen::Map<Eigen::VectorXd>(exchange_.data(), owned) = given;
   exchange_.update_ghosts();
   graph_.add_up_inflow(exchange_, sum_);  // -h K x
-  owned_values(product, owned) = graph_.capacity.cwiseProduct(given) - sum_.head(owned);
+  Eigen::Map<Eigen::VectorXd>(product, owned) = graph_.capacity.cwiseProduct(given) - sum_.head(owned);
   check(PetscLogFlops(2.0 * static_cast<double>(owned)));
 }
 
@@ -167,29 +151,30 @@ double Conduction::limit_of_remainder(const Field& temperature) const {
   const double highest = std::max({0.0, largest[0], largest[1]});
   const double rounding = 4 * std::numeric_limits<double>::epsilon();
   // Where conduction is fast, rounding alone makes temperatures differ so much that more heat than this is exchanged.
-  return tolerance_ * range + std::min(rounding * largest[2], std::max(rounding, tolerance_)) * highest;
+  return options_.ksp_rtol * range + std::min(rounding * largest[2], std::max(rounding, options_.ksp_rtol)) * highest;
 }
 
 StageResult Conduction::advance(Field& temperature, const ConductionInput& input) {
-  if (!conducts_) {
+  if (!(options_.diffusivity > 0)) {  // All temperatures stay.
     return {};
   }
   update_operator(input);
   const double limit = limit_of_remainder(temperature);
   const PetscInt owned = surface_.particles.owned;
-  auto before = owned_values(temperature.data(), owned);
-  auto after = owned_values(estimate_.data(), owned);
+  Eigen::Map<Eigen::VectorXd> before(temperature.data(), owned);
+  Eigen::Map<Eigen::VectorXd> after(estimate_.data(), owned);
   estimate_.values() = temperature.values();
-  int iterations = 0;
+  constexpr int most_solves = 20;
+  StageResult result;
   double largest = 0;
   for (int solves = 0; solves < most_solves; ++solves) {
     // The heat that flows at the estimated temperatures and is not yet in them.
     graph_.add_up_inflow(estimate_, sum_);
     remainder_ = sum_.head(owned) - graph_.capacity.cwiseProduct(after - before);
     copy_to(right_hand_side_, remainder_);
-    StageResult result = solve(ksp_, right_hand_side_, increment_);
-    iterations += result.iterations;
-    result.iterations = iterations;
+    const int iterations = result.iterations;
+    result = solve(ksp_, right_hand_side_, increment_);
+    result.iterations += iterations;
     if (!result.converged) {
       return result;
     }
@@ -213,12 +198,10 @@ StageResult Conduction::advance(Field& temperature, const ConductionInput& input
       return result;
     }
   }
-  StageResult result;
   result.converged = false;
-  result.iterations = iterations;
-  result.reason = "the linear solver " + solver_prefix_ + " leaves errors of " + number_text(largest) + " K after " +
-                  std::to_string(most_solves) + " solves, expected at most " + number_text(limit) +
-                  " K by heat.ksp_rtol " + number_text(tolerance_);
+  result.reason = "the linear solver " + options_.solver_prefix + " leaves errors of " + number_text(largest) +
+                  " K after " + std::to_string(most_solves) + " solves, expected at most " + number_text(limit) +
+                  " K by heat.ksp_rtol " + number_text(options_.ksp_rtol);
   return result;
 }
 

@@ -46,7 +46,6 @@ class Conduction {
 
  private:
   void create_assembled();
-  void create_shell();
   void update_operator(const ConductionInput& input);
   /// (capacity + h K) x of the owned rows, both (owned). Collective.
   void multiply(const double* x, double* product);
@@ -56,11 +55,8 @@ class Conduction {
   double limit_of_remainder(const Field& temperature) const;
 
   const Surface& surface_;
-  bool umbrella_;
+  HeatOptions options_;
   bool assembled_;
-  bool conducts_;  ///< if false, all temperatures stay
-  double tolerance_;
-  std::string solver_prefix_;
   std::vector<double> diffusivity_;  ///< alpha of the local particles [m^2/s]
   DiffusionGraph graph_;             ///< weights times h
   Eigen::VectorXd diagonal_;         ///< of the owned rows

@@ -27,12 +27,6 @@ std::array<std::size_t, 3> sides_of(const Surface& surface, std::size_t triangle
 
 }  // namespace
 
-Eigen::VectorXd DiffusionGraph::inflow(const Field& values) const {
-  Eigen::VectorXd sum;
-  add_up_inflow(values, sum);
-  return sum.head(capacity.size());
-}
-
 void DiffusionGraph::add_up_inflow(const Field& values, Eigen::VectorXd& sum) const {
   const double* value = values.data();
   sum.setZero(values.values().cols());

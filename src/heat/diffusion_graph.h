@@ -19,9 +19,8 @@ struct DiffusionGraph {
   std::vector<double> weights;  ///< one a pair
   Eigen::VectorXd capacity;     ///< of the owned particles
 
-  /// sum_j weight_ij (T_j - T_i) of the owned particles. @param values ghosts up to date, (1 x local). Not collective.
-  Eigen::VectorXd inflow(const Field& values) const;
-  /// Writes `inflow` to the first values of `sum`, (local); its values for ghosts are only parts of their sums.
+  /// Sets `sum`, (local), to sum_j weight_ij (T_j - T_i) of the owned particles; its values for ghosts are only parts
+  /// of their sums. Not collective. @param values ghosts up to date, (1 x local)
   void add_up_inflow(const Field& values, Eigen::VectorXd& sum) const;
 };
 

@@ -4,16 +4,11 @@
 #include <array>
 #include <cmath>
 
+#include "geometry/pressure_load.h"
 #include "geometry/quad_area.h"
 
 namespace pellicle {
 inline namespace heat {
-
-namespace {
-
-constexpr double stefan_boltzmann = 5.670374419e-8;  // [W/(m^2 K^4)]
-
-}  // namespace
 
 double heat_content(const Surface& surface, const Field& mass, const Field& temperature, double capacity) {
   // The ledger compares sums over the whole surface with the heat that came in, which may be a small part of them.
@@ -45,21 +40,15 @@ Eigen::VectorXd particle_areas(const Surface& surface, const Field& positions, c
   Eigen::VectorXd area = Eigen::VectorXd::Zero(surface.particles.local());
   const std::array<double, 3> fraction = surface.point_shares();
   const std::size_t per_element = surface.triangles_per_element;
-  const auto x = [&positions](PetscInt particle) { return positions.vector(particle); };
   for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
     if (!active.triangles[t]) {
       continue;
     }
-    const std::array<PetscInt, 3>& triangle = surface.triangles[t];
-    double triangle_area = 0;
-    if (surface.has_quads()) {
-      const std::array<PetscInt, 4>& cell = surface.cells[t / per_element];
-      triangle_area = quad_area_vector(x(cell[0]), x(cell[1]), x(cell[2]), x(cell[3])).norm() / 4;
-    } else {
-      triangle_area = 0.5 * (x(triangle[1]) - x(triangle[0])).cross(x(triangle[2]) - x(triangle[0])).norm();
-    }
+    const auto x = [&](std::size_t k) { return positions.vector(surface.corner(t / per_element, k)); };
+    const double triangle_area = surface.has_quads() ? quad_area_vector(x(0), x(1), x(2), x(3)).norm() / 4
+                                                     : area_vector(x(0), x(1), x(2)).norm();
     for (std::size_t i = 0; i < 3; ++i) {
-      area[triangle[i]] += fraction[i] * triangle_area;
+      area[surface.triangles[t][i]] += fraction[i] * triangle_area;
     }
   }
   return area.head(surface.particles.owned);
@@ -74,6 +63,7 @@ HeatExchange exchange_with_surroundings(Field& temperature, const Surface& surfa
   }
   const Eigen::VectorXd area = particle_areas(surface, positions, active);
   const double ambient = options.ambient_temperature;
+  constexpr double stefan_boltzmann = 5.670374419e-8;  // [W/(m^2 K^4)]
   // Heat transfer coefficient of convection, and of radiation in the same form:
   // T^4 - A^4 = (T - A) (T + A) (T^2 + A^2).
   const auto transfer = [&](double value) {

@@ -21,11 +21,11 @@ double fraction_of_texture(const HeatSource& source, const Eigen::Vector3d& /*of
   return -std::expm1(-source.rate * texture * h);
 }
 
-/// The condition that a source has one of the shapes that `is_one` chooses.
-Condition of_shapes(const HeatSource& source, bool (*is_one)(const HeatSourceShape& shape)) {
+/// The condition that a source has one of the shapes with a property.
+Condition of_shapes(const HeatSource& source, bool HeatSourceShape::*property) {
   std::vector<SourceShape> shapes;
   for (std::size_t number = 0; number < heat_source_shapes().size(); ++number) {
-    if (is_one(heat_source_shapes()[number])) {
+    if (heat_source_shapes()[number].*property) {
       shapes.push_back(static_cast<SourceShape>(number));
     }
   }
@@ -58,10 +58,7 @@ const HeatSourceShape& shape_of(const HeatSource& source) {
 bool HeatSource::active(double time) const { return time >= start_time && (!end_time || time < *end_time); }
 
 Eigen::Vector3d HeatSource::centre_at(double time) const {
-  if (path.empty()) {
-    return centre + time * velocity;
-  }
-  return place_on_key_points(path, time);
+  return path.empty() ? Eigen::Vector3d(centre + time * velocity) : place_on_key_points(path, time);
 }
 
 void describe(OptionTable& table, HeatSource& source) {
@@ -76,7 +73,7 @@ void describe(OptionTable& table, HeatSource& source) {
       .source("docs/theory.md: parameters");
   table.add("start_time", source.start_time).unit("s").help("when the source begins to heat");
   table.add("end_time", source.end_time).unit("s").help("when the source stops heating; never unless given");
-  const Condition ball = of_shapes(source, [](const HeatSourceShape& shape) { return shape.has_centre; });
+  const Condition ball = of_shapes(source, &HeatSourceShape::has_centre);
   const Condition without_path{"no path", [&source] { return source.path.empty(); }};
   table.add("radius", source.radius)
       .unit("m")
@@ -99,7 +96,7 @@ void describe(OptionTable& table, HeatSource& source) {
           "before and after them");
   table.add("file", source.file)
       .file()
-      .acts_with(of_shapes(source, [](const HeatSourceShape& shape) { return shape.has_image; }))
+      .acts_with(of_shapes(source, &HeatSourceShape::has_image))
       .help("image of a texture: white takes the whole rate, black none");
 }
 
@@ -112,8 +109,7 @@ void validate(const std::string& name, const HeatSource& source) {
     throw Error(key + ".end_time: " + number_text(*source.end_time) + " s, expected later than start_time, " +
                 number_text(source.start_time) + " s");
   }
-  const std::string fault = fault_of_key_points(source.path);
-  if (!fault.empty()) {
+  if (const std::string fault = fault_of_key_points(source.path); !fault.empty()) {
     throw Error(key + ".path: " + fault);
   }
 }

@@ -41,13 +41,11 @@ GasNetwork::Step step_of(std::vector<VesselGas> gas, double h) {
   return step;
 }
 
-GasNetwork::Vessel vessel(const std::string& name, bool keeps_temperature) {
-  return {name, keeps_temperature, g, volume};
-}
+GasNetwork::Vessel vessel(bool keeps_temperature) { return {keeps_temperature, g, volume}; }
 
 /// Pressure of a vessel of one temperature whose gas leaves by a hole, at the end of `steps` steps [Pa].
 double isothermal_pressure(double start, double area, double end, int steps, const GasOptions& options) {
-  const GasNetwork network({vessel("v", true)}, {hole(area)}, options);
+  const GasNetwork network({vessel(true)}, {hole(area)}, options);
   std::vector<VesselGas> gas{gas_at(start, ambient_temperature)};
   double pressure = start;
   for (int i = 0; i < steps; ++i) {
@@ -81,7 +79,7 @@ TEST(GasNetwork, a_choked_vessel_without_heat_empties_as_the_closed_formula_says
   const double sound = std::sqrt(gas_constant * ambient_temperature / molar_mass);
   const double tau = volume / (area * sound * std::sqrt(g) * std::pow(2 / (g + 1), (g + 1) / (2 * (g - 1))));
   const auto errors = [&](int steps) {
-    const GasNetwork network({vessel("v", false)}, {hole(area)}, options);
+    const GasNetwork network({vessel(false)}, {hole(area)}, options);
     std::vector<VesselGas> gas{gas_at(5e5, ambient_temperature)};
     GasNetwork::End ended;
     for (int i = 0; i < steps; ++i) {
@@ -115,7 +113,7 @@ TEST(GasNetwork, small_differences_of_pressure_flow_by_bernoulli) {
 TEST(GasNetwork, a_vessel_fills_to_gamma_times_the_temperature_outside) {
   // What flows into a vacuum is as warm as gamma T outside, however long the step and wide the valve.
   GasOptions options;
-  const GasNetwork network({vessel("v", false)}, {hole(1e-2)}, options);
+  const GasNetwork network({vessel(false)}, {hole(1e-2)}, options);
   const GasNetwork::End ended = network.solve(step_of({gas_at(1e-3, ambient_temperature)}, 10));
   ASSERT_TRUE(ended.converged);
   EXPECT_NEAR(ended.pressure[0] / ambient_pressure, 1, 1e-6);
@@ -126,7 +124,7 @@ TEST(GasNetwork, a_step_does_not_pass_the_equilibrium_however_wide_the_link) {
   const GasOptions options;
   GasNetwork::Link tube = hole(1);
   tube.to = 1;
-  const GasNetwork network({vessel("a", false), vessel("b", false)}, {tube}, options);
+  const GasNetwork network({vessel(false), vessel(false)}, {tube}, options);
   const std::vector<VesselGas> gas{gas_at(3e5, 400), gas_at(1e5, 250)};
   for (const double h : {1e-6, 1e-3, 1.0, 1e3}) {
     const GasNetwork::End ended = network.solve(step_of(gas, h));
@@ -151,7 +149,7 @@ TEST(GasNetwork, a_step_ends_however_near_the_pressures_and_wide_the_link) {
         for (const double temperature : {250.0, 293.15, 600.0}) {
           GasNetwork::Link link = between;
           link.options.area = area;
-          const GasNetwork network({vessel("a", false), vessel("b", false)}, {link}, GasOptions());
+          const GasNetwork network({vessel(false), vessel(false)}, {link}, GasOptions());
           const std::vector<VesselGas> gas{gas_at(ambient_pressure + difference, temperature),
                                            gas_at(ambient_pressure, ambient_temperature)};
           const GasNetwork::End end = network.solve(step_of(gas, h));
@@ -175,7 +173,7 @@ TEST(GasNetwork, valves_and_pumps) {
   pump.options.temperature = 600;
   GasNetwork::Link closed = hole(1e-4);
   closed.options.opens = {{1, 0}, {2, 1}};
-  const GasNetwork network({vessel("a", false), vessel("b", false)}, {valve, pump, closed}, options);
+  const GasNetwork network({vessel(false), vessel(false)}, {valve, pump, closed}, options);
   const GasNetwork::End ended = network.solve(step_of({gas_at(5e4, 300), gas_at(1e5, 300)}, 0.5));
   ASSERT_TRUE(ended.converged);
   EXPECT_EQ(ended.flow[0], 0);  // The valve does not let the air in,
@@ -186,7 +184,7 @@ TEST(GasNetwork, valves_and_pumps) {
 
 TEST(GasNetwork, heat_of_the_wall_comes_to_the_gas) {
   const GasOptions options;
-  const GasNetwork network({vessel("v", false)}, {}, options);
+  const GasNetwork network({vessel(false)}, {}, options);
   GasNetwork::Step step = step_of({gas_at(1e5, 300)}, 0.1);
   step.conductance = Eigen::VectorXd::Constant(1, 2);
   step.wall_temperature = Eigen::VectorXd::Constant(1, 500);
@@ -207,7 +205,7 @@ double error_of_pumped_vessel(int steps) {
   pump.options = LinkOptions();
   pump.options.flow = {{0, 0.05}, {1, 0.05}};
   pump.options.temperature = 350;
-  const GasNetwork network({vessel("v", false)}, {pump}, options);
+  const GasNetwork network({vessel(false)}, {pump}, options);
   std::vector<VesselGas> gas{gas_at(1e5, 300)};
   double pressure = 0;
   for (int n = 0; n < steps; ++n) {
@@ -246,7 +244,7 @@ TEST(GasNetwork, slopes_are_derivatives_of_the_pressures_by_the_volumes) {
   GasNetwork::Link other = hole(3e-6);
   other.from = 2;
   other.to = 1;
-  const GasNetwork network({vessel("a", false), vessel("b", true), vessel("c", false)}, {tube, vent, other}, options);
+  const GasNetwork network({vessel(false), vessel(true), vessel(false)}, {tube, vent, other}, options);
   GasNetwork::Step step = step_of({gas_at(1.3e5, 320), gas_at(1.1e5, ambient_temperature), gas_at(2.5e5, 280)}, 5e-3);
   step.volume = Eigen::Vector3d(0.9, 1.1, 1.05) * volume;
   step.start_volume = Eigen::Vector3d(1, 0.95, 1.2) * volume;
@@ -270,7 +268,7 @@ TEST(GasNetwork, slopes_are_derivatives_of_the_pressures_by_the_volumes) {
 TEST(GasNetwork, bad_links_are_named) {
   const auto message = [](const GasNetwork::Link& link) {
     try {
-      GasNetwork({vessel("a", false), {"b", false, 1.2, volume}}, {link}, GasOptions());
+      GasNetwork({vessel(false), {false, 1.2, volume}}, {link}, GasOptions());
     } catch (const Error& error) {
       return std::string(error.what());
     }

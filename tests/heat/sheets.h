@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "heat/diffusion_graph.h"
 #include "parallel/field.h"
 #include "surface/active_set.h"
 #include "surface/membrane_geometry.h"
@@ -73,6 +74,13 @@ inline Field field_of(const Surface& surface, const std::function<double(const E
     field.data()[i] = function(surface.rest.col(i));
   }
   return field;
+}
+
+/// sum_j weight_ij (T_j - T_i) of the owned particles. @param values ghosts up to date, (1 x local)
+inline Eigen::VectorXd inflow_of(const DiffusionGraph& graph, const Field& values) {
+  Eigen::VectorXd sum;
+  graph.add_up_inflow(values, sum);
+  return sum.head(graph.capacity.size());
 }
 
 /// What is left when surface triangles die, chosen by their middle in the undeformed sheet: springs die with the last

@@ -406,7 +406,8 @@ TEST_P(ReferenceBurning, agrees) {
                ActiveSet(sheet));
   Field squared(sheet.particles, 1);
   squared.values() = (temperature.values() / 1000).array().square();
-  const Eigen::VectorXd inflow = graph.inflow(squared);
+  Eigen::VectorXd inflow;
+  graph.add_up_inflow(squared, inflow);
   Field lengths(sheet.particles, 1);
   Field laplacian(sheet.particles, 1);
   for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
