@@ -7,11 +7,9 @@
 #include <zlib.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cstring>
 #include <sstream>
-#include <type_traits>
 #include <utility>
 
 #include "base/error.h"
@@ -41,21 +39,6 @@ class Id {
   hid_t id_;
   herr_t (*close_)(hid_t);
 };
-
-template <class Number>
-hid_t type_of();
-template <>
-hid_t type_of<double>() {
-  return H5T_NATIVE_DOUBLE;
-}
-template <>
-hid_t type_of<int>() {
-  return H5T_NATIVE_INT;
-}
-template <>
-hid_t type_of<unsigned char>() {
-  return H5T_NATIVE_UCHAR;
-}
 
 /// Combines the check sums of parts, given the length of each, into that of the whole. Collective.
 unsigned long combined(MPI_Comm comm, unsigned long own, long long bytes) {
@@ -165,6 +148,10 @@ void Hdf5File::require_room(long long bytes) {
   agree(fits, "cannot be written: it would be larger than a file may be here, see ulimit -f");
 }
 
+long long Hdf5File::type_of(const double*) { return H5T_NATIVE_DOUBLE; }
+long long Hdf5File::type_of(const int*) { return H5T_NATIVE_INT; }
+long long Hdf5File::type_of(const unsigned char*) { return H5T_NATIVE_UCHAR; }
+
 void Hdf5File::write_bytes(const std::string& name, long long type, const void* rows, long long own_rows, int columns,
                            std::size_t number_size) {
   long long first = 0;
@@ -192,17 +179,6 @@ void Hdf5File::write_bytes(const std::string& name, long long type, const void* 
   const Id attribute(H5Acreate2(table, "crc32", H5T_STD_U32LE, scalar, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
   succeeded = succeeded && attribute >= 0 && H5Awrite(attribute, H5T_NATIVE_UINT, &sum) >= 0;
   agree(succeeded, "cannot be written");
-}
-
-template <class Number>
-void Hdf5File::write(const std::string& name, const std::vector<Number>& rows, int columns) {
-  write_bytes(name, type_of<Number>(), rows.data(), static_cast<long long>(rows.size()) / columns, columns,
-              sizeof(Number));
-}
-
-template <class Number>
-void Hdf5File::write_once(const std::string& name, const std::vector<Number>& rows) {
-  write(name, rank_ == 0 ? rows : std::vector<Number>{});
 }
 
 void Hdf5File::write_text(const std::string& name, const std::string& text) {
@@ -249,20 +225,12 @@ long long Hdf5File::open_table(const std::string& name) const {
   return table;
 }
 
-long long Hdf5File::rows(const std::string& name) const {
+std::array<long long, 2> Hdf5File::size_of(const std::string& name) const {
   const Id table(open_table(name), H5Dclose);
   const Id space(H5Dget_space(table), H5Sclose);
   std::array<hsize_t, 2> size{};
   H5Sget_simple_extent_dims(space, size.data(), nullptr);
-  return static_cast<long long>(size[0]);
-}
-
-int Hdf5File::columns(const std::string& name) const {
-  const Id table(open_table(name), H5Dclose);
-  const Id space(H5Dget_space(table), H5Sclose);
-  std::array<hsize_t, 2> size{};
-  H5Sget_simple_extent_dims(space, size.data(), nullptr);
-  return static_cast<int>(size[1]);
+  return {static_cast<long long>(size[0]), static_cast<long long>(size[1])};
 }
 
 void Hdf5File::require_equal_rows(const std::string& group) const {
@@ -304,24 +272,6 @@ void Hdf5File::read_bytes(const std::string& name, long long type, void* rows, l
   agree((is_share ? combined(comm_, own, bytes) : own) == kept, "table " + name + " is damaged");
 }
 
-template <class Number>
-std::vector<Number> Hdf5File::read(const std::string& name, int columns) const {
-  const long long all = rows(name);
-  const long long first = first_of_share(all, rank_, ranks_);
-  const long long own = first_of_share(all, rank_ + 1, ranks_) - first;
-  std::vector<Number> result(own * columns);
-  read_bytes(name, type_of<Number>(), result.data(), first, own, columns, sizeof(Number), true);
-  return result;
-}
-
-template <class Number>
-std::vector<Number> Hdf5File::read_all(const std::string& name) const {
-  const long long all = rows(name);
-  std::vector<Number> result(all);
-  read_bytes(name, type_of<Number>(), result.data(), 0, all, 1, sizeof(Number), false);
-  return result;
-}
-
 std::string Hdf5File::read_text(const std::string& name) const {
   const std::vector<unsigned char> text = read_all<unsigned char>(name);
   return {text.begin(), text.end()};
@@ -335,19 +285,6 @@ std::vector<std::string> Hdf5File::read_lines(const std::string& name) const {
   }
   return lines;
 }
-
-template void Hdf5File::write(const std::string&, const std::vector<double>&, int);
-template void Hdf5File::write_once(const std::string&, const std::vector<double>&);
-template std::vector<double> Hdf5File::read(const std::string&, int) const;
-template std::vector<double> Hdf5File::read_all(const std::string&) const;
-template void Hdf5File::write(const std::string&, const std::vector<int>&, int);
-template void Hdf5File::write_once(const std::string&, const std::vector<int>&);
-template std::vector<int> Hdf5File::read(const std::string&, int) const;
-template std::vector<int> Hdf5File::read_all(const std::string&) const;
-template void Hdf5File::write(const std::string&, const std::vector<unsigned char>&, int);
-template void Hdf5File::write_once(const std::string&, const std::vector<unsigned char>&);
-template std::vector<unsigned char> Hdf5File::read(const std::string&, int) const;
-template std::vector<unsigned char> Hdf5File::read_all(const std::string&) const;
 
 unsigned long file_checksum(MPI_Comm comm, const std::string& path, long long bytes) {
   int rank = 0;
