@@ -259,10 +259,7 @@ std::vector<TypedOption> options_of_surroundings(const OptionTable& table, bool 
   if (const char* home = std::getenv("HOME")) {
     files.insert(files.begin(), std::string(home) + "/.petscrc");
   }
-  for (const std::string& file : files) {
-    if (skip_files) {
-      continue;
-    }
+  for (const std::string& file : skip_files ? std::vector<std::string>() : files) {
     std::error_code failure;
     const std::filesystem::file_type type = std::filesystem::status(file, failure).type();
     if (type == std::filesystem::file_type::none) {
@@ -285,8 +282,8 @@ std::vector<TypedOption> options_of_surroundings(const OptionTable& table, bool 
 
 /// All options, decks aside, as rank 0 finds them, in the order in which later ones win. Collective.
 std::vector<TypedOption> all_options(MPI_Comm comm, const std::vector<TypedOption>& typed, const OptionTable& table) {
-  std::string
-      text;  // of each option the source, line and name, and its value after "=", or nothing; all end with a NUL
+  // Of each option the source, line and name, and its value after "=", or nothing; all end with a NUL.
+  std::string text;
   on_root(comm, [&] {
     const bool skip_files = std::any_of(typed.begin(), typed.end(), [](const TypedOption& option) {
       return option.name == "skip_petscrc" && option.value.value_or("true") != "false";
@@ -324,14 +321,14 @@ std::vector<TypedOption> all_options(MPI_Comm comm, const std::vector<TypedOptio
 
 }  // namespace
 
-ProgramArguments read_arguments(MPI_Comm comm, int argc, const char* const* argv, OptionTable& table,
+ProgramArguments read_arguments(MPI_Comm comm, const std::vector<std::string>& words, OptionTable& table,
                                 const std::function<OptionTable&(const std::string& object)>& make_table) {
   ProgramArguments arguments(table);
-  std::vector<Word> words;
-  for (int i = 1; i < argc; ++i) {
-    words.push_back({argv[i]});
+  std::vector<Word> typed_words;
+  for (const std::string& word : words) {
+    typed_words.push_back({word});
   }
-  const std::vector<TypedOption> typed = split_words(words, command_line, table, arguments.decks);
+  const std::vector<TypedOption> typed = split_words(typed_words, command_line, table, arguments.decks);
   std::vector<TypedOption> options = all_options(comm, typed, table);
   for (const TypedOption& option : options) {
     arguments.help = arguments.help || option.name == "help" || option.name == "h";
