@@ -85,52 +85,48 @@ void describe(OptionTable& table, MeshOptions& options) {
   table.add("mesh.shift", options.shift, Rules("m").acts_with(placed), "then moved by this vector");
 }
 
-SurfaceMesh make_mesh(const MeshOptions& options) {
-  SurfaceMesh mesh;
+namespace {
+
+/// The mesh before it is placed.
+SurfaceMesh unplaced_mesh(const MeshOptions& options) {
   if (!options.file.empty()) {
-    mesh = read_mesh(options.file);
-  } else if (options.shape == MeshShape::file) {
-    throw Error("mesh.shape: 'file', but mesh.file is empty, expected the name of a mesh file");
-  } else {
-    const std::array<int, 2> cells{options.cells.at(0), options.cells.at(1)};
-    const std::array<double, 2> size{options.size.at(0), options.size.at(1)};
-    switch (options.shape) {
-      case MeshShape::torus:
-        mesh = torus_mesh(cells, options.major_radius, options.tube_radius);
-        break;
-      case MeshShape::roof:
-        mesh = roof_mesh(cells, size, options.arch);
-        break;
-      case MeshShape::shirt:
-        mesh = shirt_mesh(cells, size);
-        break;
-      case MeshShape::icosphere:
-        mesh = icosphere_mesh(options.level, options.radius);
-        break;
-      case MeshShape::ellipsoid:
-        mesh = ellipsoid_mesh(options.level, options.semi_axes);
-        break;
-      case MeshShape::quad_ellipsoid:
-        mesh = quad_ellipsoid_mesh(options.level, options.semi_axes);
-        break;
-      case MeshShape::tube:
-        mesh = tube_mesh(options.length, options.radius, options.vertices);
-        break;
-      case MeshShape::blobs:
-        mesh = blobs_mesh(options.blobs, options.vertices);
-        break;
-      case MeshShape::disc:
-        mesh = disc_mesh(options.rings, options.radius);
-        break;
-      case MeshShape::square:
-        mesh = square_mesh(cells, size);
-        break;
-      case MeshShape::rectangle:
-      case MeshShape::file:
-        mesh = rectangle_mesh(cells, size);
-        break;
-    }
+    return read_mesh(options.file);
   }
+  if (options.shape == MeshShape::file) {
+    throw Error("mesh.shape: 'file', but mesh.file is empty, expected the name of a mesh file");
+  }
+  const std::array<int, 2> cells{options.cells.at(0), options.cells.at(1)};
+  const std::array<double, 2> size{options.size.at(0), options.size.at(1)};
+  switch (options.shape) {
+    case MeshShape::torus:
+      return torus_mesh(cells, options.major_radius, options.tube_radius);
+    case MeshShape::roof:
+      return roof_mesh(cells, size, options.arch);
+    case MeshShape::shirt:
+      return shirt_mesh(cells, size);
+    case MeshShape::icosphere:
+      return icosphere_mesh(options.level, options.radius);
+    case MeshShape::ellipsoid:
+      return ellipsoid_mesh(options.level, options.semi_axes);
+    case MeshShape::quad_ellipsoid:
+      return quad_ellipsoid_mesh(options.level, options.semi_axes);
+    case MeshShape::tube:
+      return tube_mesh(options.length, options.radius, options.vertices);
+    case MeshShape::blobs:
+      return blobs_mesh(options.blobs, options.vertices);
+    case MeshShape::disc:
+      return disc_mesh(options.rings, options.radius);
+    case MeshShape::square:
+      return square_mesh(cells, size);
+    default:
+      return rectangle_mesh(cells, size);
+  }
+}
+
+}  // namespace
+
+SurfaceMesh make_mesh(const MeshOptions& options) {
+  SurfaceMesh mesh = unplaced_mesh(options);
   const Eigen::Matrix3d rotation = (Eigen::AngleAxisd(options.rotation.z(), Eigen::Vector3d::UnitZ()) *
                                     Eigen::AngleAxisd(options.rotation.y(), Eigen::Vector3d::UnitY()) *
                                     Eigen::AngleAxisd(options.rotation.x(), Eigen::Vector3d::UnitX()))

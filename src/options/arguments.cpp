@@ -70,17 +70,18 @@ const Option* declared_option(const OptionTable& table, const std::string& name)
 }
 
 /// Splits the words of the command line, or of another source, into paths of decks, and options with their values.
+/// @param decks gets the decks; null: the source, which is not the command line, may name none
 std::vector<TypedOption> split_words(const std::vector<Word>& words, const std::string& source,
-                                     const OptionTable& table, std::vector<Deck>& decks) {
+                                     const OptionTable& table, std::vector<Deck>* decks = nullptr) {
   std::vector<TypedOption> typed;
-  const bool may_name_decks = source == command_line;
+  const bool may_name_decks = decks != nullptr;
   for (std::size_t i = 0; i < words.size(); ++i) {
     const std::string& word = words[i].text;
     if (may_name_decks && is_deck(word)) {
-      decks.push_back({word, "", "", !decks.empty()});
+      decks->push_back({word, "", "", !decks->empty()});
       continue;
     }
-    const Origin origin{source, words[i].line, word, source != command_line};
+    const Origin origin{source, words[i].line, word, !may_name_decks};
     if (!is_option(word)) {
       fail(origin,
            std::string("neither an option nor the value of one; expected ") +
@@ -238,9 +239,8 @@ std::vector<TypedOption> with_files(const std::vector<TypedOption>& typed, const
     if (!option.value || depth == deepest) {
       fail(option.origin, (option.value ? "names itself; expected " : "no value; expected ") + expected);
     }
-    std::vector<Deck> no_decks;
     const std::vector<Word> words = words_in(file_text(*option.value, expected));
-    for (TypedOption& named : with_files(split_words(words, *option.value, table, no_decks), table, depth + 1)) {
+    for (TypedOption& named : with_files(split_words(words, *option.value, table), table, depth + 1)) {
       all.push_back(std::move(named));
     }
   }
@@ -251,8 +251,7 @@ std::vector<TypedOption> with_files(const std::vector<TypedOption>& typed, const
 std::vector<TypedOption> options_of_surroundings(const OptionTable& table, bool skip_files) {
   std::vector<TypedOption> all;
   const auto append = [&](const std::string& source, const std::vector<Word>& words) {
-    std::vector<Deck> no_decks;
-    const std::vector<TypedOption> found = split_words(words, source, table, no_decks);
+    const std::vector<TypedOption> found = split_words(words, source, table);
     all.insert(all.end(), found.begin(), found.end());
   };
   std::vector<std::string> files{".petscrc", "petscrc"};
@@ -328,7 +327,7 @@ ProgramArguments read_arguments(MPI_Comm comm, const std::vector<std::string>& w
   for (const std::string& word : words) {
     typed_words.push_back({word});
   }
-  const std::vector<TypedOption> typed = split_words(typed_words, command_line, table, arguments.decks);
+  const std::vector<TypedOption> typed = split_words(typed_words, command_line, table, &arguments.decks);
   std::vector<TypedOption> options = all_options(comm, typed, table);
   for (const TypedOption& option : options) {
     arguments.help = arguments.help || option.name == "help" || option.name == "h";

@@ -232,7 +232,7 @@ class DeckReader {
         }
       }
     } else if (const auto* section = table.find_section(key)) {
-      refuse_in_object(key, section->is_of_run);
+      refuse_in_object(key, section->rules.is_of_run());
       read_objects(key, node);
     } else if (!node.IsMap() && (in_petsc || table.is_solver_option(command_line_name(key)))) {
       refuse_in_object(key, in_petsc);

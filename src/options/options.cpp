@@ -91,6 +91,13 @@ std::string word_of(const std::optional<double>& number) { return number ? numbe
 /// If an option has more choices, its help says what they are.
 constexpr std::size_t most_listed_choices = 20;
 
+/// The first of some items for which `is` holds; null: none.
+template <class Items, class Is>
+auto* first_that(Items& items, const Is& is) {
+  const auto found = std::find_if(items.begin(), items.end(), is);
+  return found == items.end() ? nullptr : &*found;
+}
+
 template <class T>
 inline constexpr bool is_list = std::is_same_v<T, Eigen::Vector3d> || std::is_same_v<T, std::vector<double>> ||
                                 std::is_same_v<T, std::vector<int>> || std::is_same_v<T, std::vector<std::string>>;
@@ -125,8 +132,10 @@ Rules& Rules::acts_with(Condition condition) {
   return *this;
 }
 
-Rules& Rules::acts_first_with(const std::vector<Condition>& conditions) {
-  conditions_.insert(conditions_.begin(), conditions.begin(), conditions.end());
+Rules& Rules::under(const Rules& outer) {
+  conditions_.insert(conditions_.begin(), outer.conditions_.begin(), outer.conditions_.end());
+  is_solver_setting_ = is_solver_setting_ || outer.is_solver_setting_;
+  is_of_run_ = is_of_run_ || outer.is_of_run_;
   return *this;
 }
 
@@ -288,6 +297,16 @@ void Option::assign(const WrittenValue& written) {
       }
     }
   }
+  const auto read = [this](auto& value, const std::string& word, std::size_t column = 0) {
+    using T = std::remove_reference_t<decltype(value)>;
+    if constexpr (std::is_same_v<T, int>) {
+      value = integer(word);
+    } else if constexpr (std::is_same_v<T, std::string>) {
+      value = chosen(word);
+    } else {
+      value = number(word, column_unit(column));
+    }
+  };
   std::visit(
       [&](auto* variable) {
         using T = std::remove_pointer_t<decltype(variable)>;
@@ -325,15 +344,7 @@ void Option::assign(const WrittenValue& written) {
             values.resize(words.size());
           }
           for (std::size_t i = 0; i < words.size(); ++i) {
-            if constexpr (std::is_same_v<T, std::vector<int>>) {
-              values[i] = integer(words[i]);
-            } else if constexpr (std::is_same_v<T, std::vector<std::string>>) {
-              values[i] = chosen(words[i]);
-            } else if constexpr (std::is_same_v<T, std::vector<double>>) {
-              values[i] = number(words[i], column_unit(i));
-            } else {
-              values[static_cast<Eigen::Index>(i)] = number(words[i], column_unit(i));
-            }
+            read(values[i], words[i], i);
           }
           *variable = values;
         } else {
@@ -347,18 +358,12 @@ void Option::assign(const WrittenValue& written) {
               refuse("\"" + word + "\"");
             }
             *variable = yes.count(word) > 0;
-          } else if constexpr (std::is_same_v<T, int>) {
-            *variable = integer(word);
-          } else if constexpr (std::is_same_v<T, std::string>) {
-            *variable = chosen(word);
           } else if constexpr (std::is_same_v<T, AnyChoice>) {
             variable->set(chosen(word));
-          } else if constexpr (std::is_same_v<T, double>) {
-            *variable = number(word, unit_);
-          } else if (word == "none") {
-            *variable = std::nullopt;
+          } else if (std::is_same_v<T, std::optional<double>> && word == "none") {
+            *variable = T();
           } else {
-            *variable = number(word, unit_);
+            read(*variable, word);
           }
         }
       },
@@ -422,14 +427,7 @@ const std::string& Option::column_unit(std::size_t column) const {
 }
 
 Option& OptionTable::add(const std::string& key, Option::Variable variable, Rules rules) {
-  rules.acts_first_with(conditions_);
-  if (adds_solver_settings_) {
-    rules.solver_setting();
-  }
-  if (adds_of_run_) {
-    rules.of_run();
-  }
-  Option option(base_ + key, variable, std::move(rules));
+  Option option(base_ + key, variable, std::move(rules.under(common_)));
   const auto same = [&](const Option& other) { return other.name() == option.name(); };
   const auto below = [&](const Option& other) {
     return starts_with(other.key(), option.key() + ".") || starts_with(option.key(), other.key() + ".");
@@ -444,22 +442,10 @@ Option& OptionTable::add(const std::string& key, Option::Variable variable, Rule
   return target_->emplace_back(std::move(option));
 }
 
-void OptionTable::add_under(const Condition& condition, const std::function<void()>& declare) {
-  conditions_.push_back(condition);
+void OptionTable::add_with(Rules rules, const std::function<void()>& declare) {
+  const Rules outer = std::exchange(common_, rules.under(common_));
   declare();
-  conditions_.pop_back();
-}
-
-void OptionTable::add_solver_settings(const std::function<void()>& declare) {
-  adds_solver_settings_ = true;
-  declare();
-  adds_solver_settings_ = false;
-}
-
-void OptionTable::add_of_run(const std::function<void()>& declare) {
-  adds_of_run_ = true;
-  declare();
-  adds_of_run_ = false;
+  common_ = outer;
 }
 
 void OptionTable::add_object_section(const std::string& section, std::string help,
@@ -469,8 +455,7 @@ void OptionTable::add_object_section(const std::string& section, std::string hel
   added.name = command_line_name(section);
   added.help = std::move(help);
   added.describe = std::move(describe);
-  added.conditions = conditions_;
-  added.is_of_run = adds_of_run_;
+  added.rules = common_;
   base_ = section + ".NAME.";
   target_ = &added.prototype;
   added.describe(*this, "");
@@ -479,29 +464,23 @@ void OptionTable::add_object_section(const std::string& section, std::string hel
 }
 
 void OptionTable::add_solver_prefix(std::string prefix, std::vector<std::string> variants) {
-  solver_prefixes_.push_back({std::move(prefix), std::move(variants), conditions_});
+  solver_prefixes_.push_back({std::move(prefix), std::move(variants), common_.conditions()});
 }
 
 Option* OptionTable::find_key(const std::string& key) {
-  const auto found =
-      std::find_if(options_.begin(), options_.end(), [&](const Option& option) { return option.key() == key; });
-  return found == options_.end() ? nullptr : &*found;
+  return first_that(options_, [&](const Option& option) { return option.key() == key; });
 }
 
 const Option* OptionTable::find_name(const std::string& name) const {
-  const auto found =
-      std::find_if(options_.begin(), options_.end(), [&](const Option& option) { return option.name() == name; });
-  return found == options_.end() ? nullptr : &*found;
+  return first_that(options_, [&](const Option& option) { return option.name() == name; });
 }
 
 Option* OptionTable::find_name(const std::string& name) {
-  return const_cast<Option*>(static_cast<const OptionTable&>(*this).find_name(name));
+  return first_that(options_, [&](const Option& option) { return option.name() == name; });
 }
 
 const OptionTable::ObjectSection* OptionTable::find_section(const std::string& key) const {
-  const auto found = std::find_if(sections_.begin(), sections_.end(),
-                                  [&](const ObjectSection& section) { return section.key == key; });
-  return found == sections_.end() ? nullptr : &*found;
+  return first_that(sections_, [&](const ObjectSection& section) { return section.key == key; });
 }
 
 const Option* OptionTable::find_prototype(const std::string& name) const {
@@ -582,17 +561,14 @@ void OptionTable::note_acting() {
   }
   for (ObjectSection& section : sections_) {
     for (Object& object : section.objects) {
-      object.has_acted = object.has_acted || first_unmet(section.conditions) == nullptr;
+      object.has_acted = object.has_acted || first_unmet(section.rules.conditions()) == nullptr;
     }
   }
 }
 
 void OptionTable::create_object(const std::string& section, const std::string& object, const Origin& origin) {
-  const auto found =
-      std::find_if(sections_.begin(), sections_.end(), [&](const ObjectSection& s) { return s.key == section; });
-  const auto known = std::find_if(found->objects.begin(), found->objects.end(),
-                                  [&](const Object& other) { return other.name == object; });
-  if (known != found->objects.end()) {
+  ObjectSection* found = first_that(sections_, [&](const ObjectSection& s) { return s.key == section; });
+  if (Object* known = first_that(found->objects, [&](const Object& other) { return other.name == object; })) {
     *known = {object, origin};
     return;
   }
@@ -608,11 +584,7 @@ void OptionTable::create_object(const std::string& section, const std::string& o
   }
   found->objects.push_back({object, origin});
   base_ = section + "." + object + ".";
-  conditions_ = found->conditions;
-  adds_of_run_ = found->is_of_run;
-  found->describe(*this, object);
-  adds_of_run_ = false;
-  conditions_.clear();
+  add_with(found->rules, [&] { found->describe(*this, object); });
   base_.clear();
 }
 
@@ -693,9 +665,7 @@ Condition one_of_names(const std::string& key, const AnyChoice& variable, std::v
 }
 
 const Condition* first_unmet(const std::vector<Condition>& conditions) {
-  const auto unmet =
-      std::find_if(conditions.begin(), conditions.end(), [](const Condition& condition) { return !condition.holds(); });
-  return unmet == conditions.end() ? nullptr : &*unmet;
+  return first_that(conditions, [](const Condition& condition) { return !condition.holds(); });
 }
 
 void OptionTable::check_exclusions() const {

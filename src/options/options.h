@@ -106,8 +106,8 @@ class Rules {
   /// Adds a condition for an effect of the option, which is checked after all options have been read. All conditions
   /// must hold.
   Rules& acts_with(Condition condition);
-  /// Adds conditions before those that there are.
-  Rules& acts_first_with(const std::vector<Condition>& conditions);
+  /// Adds what the rules of a group of options say of their effect, the conditions before the option's own.
+  Rules& under(const Rules& outer);
   /// Marks an option of a solver, not of the problem: a deck laid over a scene may set it for a chain that the run does
   /// not have.
   Rules& solver_setting() { return set(is_solver_setting_, true); }
@@ -255,8 +255,7 @@ class OptionTable {
     std::string help;
     std::deque<Option> prototype;  ///< options of an object, with keys such as "bodies.NAME.radius"
     std::vector<Object> objects;   ///< in the order of their creation
-    std::vector<Condition> conditions;
-    bool is_of_run = false;                                                 ///< as Option::of_run
+    Rules rules;                   ///< of all their options: conditions, and whether they are of the run
     std::function<void(OptionTable&, const std::string& object)> describe;  ///< "" is the prototype
   };
 
@@ -300,12 +299,13 @@ class OptionTable {
 
   /// Declares the options, objects and solver prefixes that `declare` adds under a condition for their effect. May be
   /// nested.
-  void add_under(const Condition& condition, const std::function<void()>& declare);
-  /// Declares options that are all solver settings (Option::solver_setting).
-  void add_solver_settings(const std::function<void()>& declare);
-
-  /// Declares options and named objects that all belong to the run as a whole (Option::of_run).
-  void add_of_run(const std::function<void()>& declare);
+  void add_under(const Condition& condition, const std::function<void()>& declare) {
+    add_with(Rules().acts_with(condition), declare);
+  }
+  /// Declares options that are all solver settings (Rules::solver_setting).
+  void add_solver_settings(const std::function<void()>& declare) { add_with(Rules().solver_setting(), declare); }
+  /// Declares options and named objects that all belong to the run as a whole (Rules::of_run).
+  void add_of_run(const std::function<void()>& declare) { add_with(Rules().of_run(), declare); }
   /// Sets a function that derives options from others after each deck has been read, where the deck leaves some out.
   void follow_decks(std::function<void()> follow) { follow_decks_ = std::move(follow); }
 
@@ -365,6 +365,8 @@ class OptionTable {
   std::optional<std::string> meant_name(const std::string& name) const;
 
  private:
+  /// Declares options that are all under the same rules.
+  void add_with(Rules rules, const std::function<void()>& declare);
   void add_object_section(const std::string& section, std::string help,
                           std::function<void(OptionTable&, const std::string& object)> describe);
 
@@ -373,9 +375,7 @@ class OptionTable {
   std::vector<SolverPrefix> solver_prefixes_;
   std::string base_;                        ///< "bodies.ball." while an object is described
   std::deque<Option>* target_ = &options_;  ///< to which `add` adds options
-  std::vector<Condition> conditions_;       ///< of the options being added
-  bool adds_solver_settings_ = false;
-  bool adds_of_run_ = false;
+  Rules common_;                            ///< of the options being added
   std::function<void()> follow_decks_ = [] {};
   std::vector<Exclusion> exclusions_;
 };
