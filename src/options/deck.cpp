@@ -456,45 +456,42 @@ std::string original_of(const std::string& path) {
 
 namespace {
 
-/// Adds the names of the objects in a map of a deck, included ones too. DeckReader reports malformed maps, except that
-/// of the objects.
+[[noreturn]] void refuse_objects(const std::string& path, const YAML::Node& node, const std::string& problem) {
+  throw Error(path + ":" + std::to_string(node.Mark().line + 1) + ": " + objects_key + ": " + problem +
+              "; expected a map of named objects such as cloth: {mesh: {shape: square}}");
+}
+
+/// Adds the names in a map of objects, first those that are included from others.
+void add_names(const std::string& path, const YAML::Node& objects, std::vector<std::string>& names) {
+  for_each_merged(objects, [&](const YAML::Node&, const YAML::Node& other) {
+    if (other.IsMap()) {
+      add_names(path, other, names);
+    }
+  });
+  for (const auto& entry : objects) {
+    const std::string name = entry.first.IsScalar() ? entry.first.Scalar() : "";
+    if (!is_merge(entry.first) && !is_word(name)) {
+      refuse_objects(path, entry.first, "\"" + name + "\" is no name, which has letters, digits and underscores");
+    }
+    if (!is_merge(entry.first) && std::find(names.begin(), names.end(), name) == names.end()) {
+      names.push_back(name);
+    }
+  }
+}
+
+/// Adds the names of the objects of a deck, included ones too. DeckReader reports malformed maps, except that of the
+/// objects.
 void add_objects(const std::string& path, const YAML::Node& root, std::vector<std::string>& names) {
   for_each_merged(root, [&](const YAML::Node&, const YAML::Node& other) {
     if (other.IsMap()) {
       add_objects(path, other, names);
     }
   });
-  const YAML::Node objects = root[objects_key];
-  if (!objects) {
-    return;
-  }
-  const auto fail = [&path](const YAML::Node& node, const std::string& problem) {
-    throw Error(path + ":" + std::to_string(node.Mark().line + 1) + ": " + objects_key + ": " + problem +
-                "; expected a map of named objects such as cloth: {mesh: {shape: square}}");
-  };
-  if (!objects.IsMap() || objects.size() == 0) {
-    fail(objects, "names no object");
-  }
-  std::vector<YAML::Node> maps;
-  for_each_merged(objects, [&maps](const YAML::Node&, const YAML::Node& other) {
-    if (other.IsMap()) {
-      maps.push_back(other);
+  if (const YAML::Node objects = root[objects_key]) {
+    if (!objects.IsMap() || objects.size() == 0) {
+      refuse_objects(path, objects, "names no object");
     }
-  });
-  maps.push_back(objects);
-  for (const YAML::Node& map : maps) {
-    for (const auto& entry : map) {
-      if (is_merge(entry.first)) {
-        continue;
-      }
-      const std::string name = entry.first.IsScalar() ? entry.first.Scalar() : "";
-      if (!is_word(name)) {
-        fail(entry.first, "\"" + name + "\" is no name, which has letters, digits and underscores");
-      }
-      if (std::find(names.begin(), names.end(), name) == names.end()) {
-        names.push_back(name);
-      }
-    }
+    add_names(path, objects, names);
   }
 }
 

@@ -7,6 +7,7 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <sstream>
@@ -46,15 +47,16 @@ unsigned long combined(MPI_Comm comm, unsigned long own, long long bytes) {
     unsigned long sum;
     long long bytes;
   };
-  unsigned long whole = crc32(0, nullptr, 0);
+  unsigned long whole = 0;
   for (const Part& part : of_all_ranks(comm, std::vector<Part>{{own, bytes}})) {
     whole = crc32_combine(whole, part.sum, static_cast<z_off_t>(part.bytes));
   }
   return whole;
 }
 
-unsigned long sum_of(unsigned long sum, const void* data, std::size_t bytes) {
-  return crc32_z(sum, static_cast<const unsigned char*>(data), bytes);
+/// The check sum of data that follow those of the check sum `sum`; 0: none.
+unsigned long sum_of(unsigned long sum, const void* data, long long bytes) {
+  return crc32_z(sum, static_cast<const unsigned char*>(data), static_cast<std::size_t>(bytes));
 }
 
 /// Rows [first, first + own) of a table, of which a rank may have none.
@@ -152,13 +154,13 @@ long long Hdf5File::type_of(const double*) { return H5T_NATIVE_DOUBLE; }
 long long Hdf5File::type_of(const int*) { return H5T_NATIVE_INT; }
 long long Hdf5File::type_of(const unsigned char*) { return H5T_NATIVE_UCHAR; }
 
-void Hdf5File::write_bytes(const std::string& name, long long type, const void* rows, long long own_rows, int columns,
-                           std::size_t number_size) {
+void Hdf5File::write_bytes(const std::string& name, long long type, const void* rows, long long own_rows, int columns) {
   long long first = 0;
   MPI_Exscan(&own_rows, &first, 1, MPI_LONG_LONG, MPI_SUM, comm_);
   first = rank_ == 0 ? 0 : first;
   const long long all = sum_over_ranks(comm_, own_rows);
-  require_room(all * columns * static_cast<long long>(number_size));
+  const long long row_bytes = columns * static_cast<long long>(H5Tget_size(type));
+  require_room(all * row_bytes);
   const std::array<hsize_t, 2> size{static_cast<hsize_t>(all), static_cast<hsize_t>(columns)};
   const Id space(H5Screate_simple(2, size.data(), nullptr), H5Sclose);
   const Id links(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
@@ -172,9 +174,8 @@ void Hdf5File::write_bytes(const std::string& name, long long type, const void* 
     const Id transfer(collective_transfer(), H5Pclose);
     succeeded = H5Dwrite(table, type, memory, space, transfer, rows) >= 0;
   }
-  const long long bytes = own_rows * columns * static_cast<long long>(number_size);
-  const auto sum = static_cast<unsigned int>(
-      combined(comm_, sum_of(crc32(0, nullptr, 0), rows, static_cast<std::size_t>(bytes)), bytes));
+  const auto sum =
+      static_cast<unsigned int>(combined(comm_, sum_of(0, rows, own_rows * row_bytes), own_rows * row_bytes));
   const Id scalar(H5Screate(H5S_SCALAR), H5Sclose);
   const Id attribute(H5Acreate2(table, "crc32", H5T_STD_U32LE, scalar, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
   succeeded = succeeded && attribute >= 0 && H5Awrite(attribute, H5T_NATIVE_UINT, &sum) >= 0;
@@ -245,9 +246,10 @@ void Hdf5File::require_equal_rows(const std::string& group) const {
 }
 
 void Hdf5File::read_bytes(const std::string& name, long long type, void* rows, long long first, long long own_rows,
-                          int columns, std::size_t number_size, bool is_share) const {
-  if (this->columns(name) != columns) {
-    throw Error(path_ + ": table " + name + " has " + std::to_string(this->columns(name)) + " columns; expected " +
+                          int columns, bool is_share) const {
+  const auto [stored_rows, stored_columns] = size_of(name);
+  if (stored_columns != columns) {
+    throw Error(path_ + ": table " + name + " has " + std::to_string(stored_columns) + " columns; expected " +
                 std::to_string(columns));
   }
   const Id table(open_table(name), H5Dclose);
@@ -257,7 +259,7 @@ void Hdf5File::read_bytes(const std::string& name, long long type, void* rows, l
   }
   const Id space(H5Dget_space(table), H5Sclose);
   bool succeeded = true;
-  if (this->rows(name) * columns > 0) {
+  if (stored_rows * columns > 0) {
     select_rows(space, first, own_rows, columns);
     const Id memory(memory_space(own_rows, columns), H5Sclose);
     const Id transfer(collective_transfer(), H5Pclose);
@@ -267,8 +269,8 @@ void Hdf5File::read_bytes(const std::string& name, long long type, void* rows, l
   const Id attribute(H5Aopen(table, "crc32", H5P_DEFAULT), H5Aclose);
   succeeded = succeeded && attribute >= 0 && H5Aread(attribute, H5T_NATIVE_UINT, &kept) >= 0;
   agree(succeeded, "table " + name + " cannot be read");
-  const long long bytes = own_rows * columns * static_cast<long long>(number_size);
-  const unsigned long own = sum_of(crc32(0, nullptr, 0), rows, static_cast<std::size_t>(bytes));
+  const long long bytes = own_rows * columns * static_cast<long long>(H5Tget_size(type));
+  const unsigned long own = sum_of(0, rows, bytes);
   agree((is_share ? combined(comm_, own, bytes) : own) == kept, "table " + name + " is damaged");
 }
 
@@ -293,7 +295,7 @@ unsigned long file_checksum(MPI_Comm comm, const std::string& path, long long by
   MPI_Comm_size(comm, &ranks);
   const long long first = Hdf5File::first_of_share(bytes, rank, ranks);
   const long long end = Hdf5File::first_of_share(bytes, rank + 1, ranks);
-  unsigned long sum = crc32(0, nullptr, 0);
+  unsigned long sum = 0;
   together(comm, [&] {
     const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
     if (file < 0) {
@@ -307,7 +309,7 @@ unsigned long file_checksum(MPI_Comm comm, const std::string& path, long long by
       if (count <= 0) {
         break;
       }
-      sum = sum_of(sum, part.data(), static_cast<std::size_t>(count));
+      sum = sum_of(sum, part.data(), count);
       place += count;
     }
     ::close(file);

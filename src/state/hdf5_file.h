@@ -36,8 +36,7 @@ class Hdf5File {
   /// @throws Error, on all ranks
   template <class Number>
   void write(const std::string& name, const std::vector<Number>& rows, int columns = 1) {
-    write_bytes(name, type_of(rows.data()), rows.data(), static_cast<long long>(rows.size()) / columns, columns,
-                sizeof(Number));
+    write_bytes(name, type_of(rows.data()), rows.data(), static_cast<long long>(rows.size()) / columns, columns);
   }
   /// Writes a table with all rows from rank 0, for data that are equal on all ranks. Collective.
   template <class Number>
@@ -67,15 +66,14 @@ class Hdf5File {
     const long long first = first_of_share(all, rank_, ranks_);
     const long long own = first_of_share(all, rank_ + 1, ranks_) - first;
     std::vector<Number> result(own * columns);
-    read_bytes(name, type_of(result.data()), result.data(), first, own, columns, sizeof(Number), true);
+    read_bytes(name, type_of(result.data()), result.data(), first, own, columns, true);
     return result;
   }
   /// Reads all of a table on every rank. Collective.
   template <class Number>
   std::vector<Number> read_all(const std::string& name) const {
     std::vector<Number> result(rows(name));
-    read_bytes(name, type_of(result.data()), result.data(), 0, static_cast<long long>(result.size()), 1, sizeof(Number),
-               false);
+    read_bytes(name, type_of(result.data()), result.data(), 0, static_cast<long long>(result.size()), 1, false);
     return result;
   }
   std::string read_text(const std::string& name) const;
@@ -90,10 +88,9 @@ class Hdf5File {
   static long long type_of(const int* numbers);
   static long long type_of(const unsigned char* numbers);
   void require_room(long long bytes);
-  void write_bytes(const std::string& name, long long type, const void* rows, long long own_rows, int columns,
-                   std::size_t number_size);
+  void write_bytes(const std::string& name, long long type, const void* rows, long long own_rows, int columns);
   void read_bytes(const std::string& name, long long type, void* rows, long long first, long long own_rows, int columns,
-                  std::size_t number_size, bool is_share) const;
+                  bool is_share) const;
   long long open_table(const std::string& name) const;
   /// Rows and columns of a table.
   std::array<long long, 2> size_of(const std::string& name) const;

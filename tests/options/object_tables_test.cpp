@@ -158,6 +158,8 @@ TEST_F(ObjectTablesTest, MapsMayBeTakenOver) {
       "");
   EXPECT_EQ(object("other").rate, 2);
   EXPECT_EQ(object("other").hooks.at("left").radius, 5);
+  ASSERT_EQ(read("objects: {<<: {<<: {paper: {heat: {rate: 2}}}, cloth: {}}, ball: {}}\n"), "") << "at any depth";
+  EXPECT_EQ(object("paper").rate, 2);
 }
 
 TEST_F(ObjectTablesTest, SolversOfAnObjectHaveTheirOwnOptions) {
