@@ -23,50 +23,38 @@ using namespace pellicle;
 
 namespace {
 
-/// The words of the command line.
-struct CommandLine {
-  std::vector<std::string> words;
-  bool has_kept_options = false;  ///< whether the deck is the options.yaml of a run
-};
-
 /// Adds a run's own options as the deck, and its folder, to a command line that names a run to continue and no deck:
-/// `pellicle -restart output/hot_ball`.
-CommandLine with_kept_options(int argc, char** argv) {
+/// `pellicle -restart output/hot_ball`. @returns whether it does
+bool add_kept_options(std::vector<std::string>& words) {
   namespace fs = std::filesystem;
-  CommandLine line{{argv, argv + argc}};
+  if (std::any_of(words.begin(), words.end(), is_deck)) {
+    return false;
+  }
   fs::path run;
-  for (std::size_t i = 1; i < line.words.size(); ++i) {
-    const std::string& word = line.words[i];
-    if (is_deck(word)) {
-      return line;
-    }
-    if ((word == "-restart" || word == "--restart") && i + 1 < line.words.size() && !is_option(line.words[i + 1])) {
-      run = line.words[i + 1];
+  for (std::size_t i = 0; i + 1 < words.size(); ++i) {
+    if ((words[i] == "-restart" || words[i] == "--restart") && !is_option(words[i + 1])) {
+      run = words[i + 1];
     }
   }
-  if (!run.empty()) {
-    std::error_code none;
-    const bool is_file = fs::is_regular_file(run, none) || (run.extension() == ".h5" && !fs::is_directory(run, none));
-    fs::path folder = is_file || !run.has_filename() ? run.parent_path() : run;
-    folder = folder.empty() ? "." : folder;
-    line.words.insert(line.words.begin() + 1,
-                      {(folder / "options.yaml").string(), "-output_directory", folder.string()});
-    line.has_kept_options = true;
+  if (run.empty()) {
+    return false;
   }
-  return line;
+  std::error_code none;
+  const bool is_file = fs::is_regular_file(run, none) || (run.extension() == ".h5" && !fs::is_directory(run, none));
+  fs::path folder = is_file || !run.has_filename() ? run.parent_path() : run;
+  folder = folder.empty() ? "." : folder;
+  words.insert(words.begin(), {(folder / "options.yaml").string(), "-output_directory", folder.string()});
+  return true;
 }
 
 /// Reads the options and runs accordingly. @returns the exit code. Collective.
 int run_program(int argc, char** argv, bool is_root) {
   std::deque<ObjectOptions> objects;
   OptionTable& table = objects.emplace_back("").table;
-  const CommandLine line = with_kept_options(argc, argv);
-  std::vector<const char*> pointers;
-  for (const std::string& word : line.words) {
-    pointers.push_back(word.c_str());
-  }
+  std::vector<std::string> words(argv + 1, argv + argc);
+  const bool has_kept_options = add_kept_options(words);
   const ProgramArguments arguments =
-      read_arguments(MPI_COMM_WORLD, static_cast<int>(pointers.size()), pointers.data(), table,
+      read_arguments(MPI_COMM_WORLD, words, table,
                      [&objects](const std::string& name) -> OptionTable& { return objects.emplace_back(name).table; });
   const std::string program = std::string("pellicle ") + version();
   if (arguments.help || arguments.options_table || arguments.version) {
@@ -90,7 +78,7 @@ int run_program(int argc, char** argv, bool is_root) {
   record.program = program;
   record.revision = git_revision();
   record.arguments.assign(argv, argv + argc);
-  record.decks = line.has_kept_options ? std::vector<Deck>() : arguments.decks;
+  record.decks = has_kept_options ? std::vector<Deck>() : arguments.decks;
   for (const ObjectTable& object : arguments.tables) {
     if (!object.name.empty()) {
       record.objects.push_back(object.name);

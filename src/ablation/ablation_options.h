@@ -9,17 +9,13 @@
 namespace pellicle {
 inline namespace options {
 struct Condition;
-class OptionTable;
 }  // namespace options
 inline namespace ablation {
 
 /// Rule for the death of springs at burnt triangles. surface: when all triangles that share them, or all at one of
 /// their ends, are dead. triangles: when all that share them are dead, as in the paper.
 enum class SpringRule { surface, triangles };
-inline const std::vector<std::string>& names_of(SpringRule) {
-  static const std::vector<std::string> names{"surface", "triangles"};
-  return names;
-}
+inline std::vector<std::string> names_of(SpringRule) { return {"surface", "triangles"}; }
 
 /// Options of burning away and tearing (burning paper, sections 6 and 8.2).
 struct AblationOptions {

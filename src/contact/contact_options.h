@@ -12,10 +12,7 @@ inline namespace contact {
 
 /// How a run treats surfaces that pass through themselves or each other at its start.
 enum class ContactStart { accept, untangle, refuse };
-inline const std::vector<std::string>& names_of(ContactStart) {
-  static const std::vector<std::string> names{"accept", "untangle", "refuse"};
-  return names;
-}
+inline std::vector<std::string> names_of(ContactStart) { return {"accept", "untangle", "refuse"}; }
 
 /// Options of contact of surfaces with bodies, each other and themselves.
 struct ContactOptions {

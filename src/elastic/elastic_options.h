@@ -9,9 +9,6 @@
 #include "energies/newton_options.h"
 
 namespace pellicle {
-inline namespace options {
-class OptionTable;
-}  // namespace options
 inline namespace elastic {
 
 /// Stiffness of a sheet as a material. Values that are not given follow from Young's modulus, Poisson's ratio and the

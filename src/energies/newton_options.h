@@ -12,17 +12,11 @@ inline namespace energies {
 
 /// Criterion for a step's end. converged: snes_rtol must be met; fixed: max_iterations are enough.
 enum class NewtonEnd { converged, fixed };
-inline const std::vector<std::string>& names_of(NewtonEnd) {
-  static const std::vector<std::string> names{"converged", "fixed"};
-  return names;
-}
+inline std::vector<std::string> names_of(NewtonEnd) { return {"converged", "fixed"}; }
 
 /// When the tangent is factorised. automatic: if iterations are slow.
 enum class TangentFactorisation { automatic, always, never };
-inline const std::vector<std::string>& names_of(TangentFactorisation) {
-  static const std::vector<std::string> names{"auto", "always", "never"};
-  return names;
-}
+inline std::vector<std::string> names_of(TangentFactorisation) { return {"auto", "always", "never"}; }
 
 /// Tangent of Newton's method far from balance. exact: the exact one, moved towards the positive one as little as the
 /// linear solver needs; positive: the positive one, and if snes_rtol asks for more than two digits the exact one once

@@ -13,15 +13,11 @@ inline constexpr double gas_constant = 8.31446261815324;  ///< R [J/(mol K)], ex
 
 /// Derivative of the pressure force (GasOptions::tangent).
 enum class GasTangent { paper, rank1, exact };
-inline const std::vector<std::string>& names_of(GasTangent) {
-  static const std::vector<std::string> names{"paper", "rank1", "exact"};
-  return names;
-}
+inline std::vector<std::string> names_of(GasTangent) { return {"paper", "rank1", "exact"}; }
 
 enum class GasLaw { relative, isothermal, adiabatic, pressure, volume };
-inline const std::vector<std::string>& names_of(GasLaw) {
-  static const std::vector<std::string> names{"relative", "isothermal", "adiabatic", "pressure", "volume"};
-  return names;
+inline std::vector<std::string> names_of(GasLaw) {
+  return {"relative", "isothermal", "adiabatic", "pressure", "volume"};
 }
 
 /// A link between two chambers, or a chamber and the ambient air: a hole, a tube, a valve or a pump.

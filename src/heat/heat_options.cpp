@@ -6,64 +6,39 @@ namespace pellicle {
 inline namespace heat {
 
 void describe(OptionTable& table, HeatOptions& options) {
-  table.add("heat.initial_temperature", options.initial_temperature)
-      .unit("K")
-      .more_than(0)
-      .help("temperature of every particle at the start");
-  table.add("heat.operator", options.operator_name)
-      .solver_setting()
-      .help(
-          "conduction: finite elements on the drawn triangles, which converge to the Laplacian and conserve heat, or "
-          "the paper's umbrella over the springs, half of the Laplacian on regular sheets, which makes heat where "
-          "masses differ (heat_made in history.csv)")
-      .source("burning paper, eq. 3");
-  table.add("heat.diffusivity", options.diffusivity)
-      .unit("m^2/s")
-      .at_least(0)
-      .help("thermal diffusivity alpha")
-      .source("burning paper, eq. 2; docs/theory.md: parameters");
-  table.add("heat.diffusivity_texture", options.diffusivity_texture)
-      .file()
-      .help("image whose brightness at the uv coordinates weights the diffusivity of each particle")
-      .source("burning paper, section 8");
-  table.add("heat.diffusivity_range", options.diffusivity_range)
-      .length(2)
-      .at_least(0)
-      .acts_with({"heat.diffusivity_texture", [&options] { return !options.diffusivity_texture.empty(); }})
-      .help("factors on the diffusivity where the image is black and where it is white");
-  table.add("heat.burning_heat", options.burning_heat)
-      .unit("K")
-      .at_least(0)
-      .help("eta: the rise of temperature per unit of lost mass fraction")
-      .source("burning paper, eq. 1; docs/theory.md: readings");
-  table.add("heat.capacity", options.capacity)
-      .unit("J/(kg K)")
-      .more_than(0)
-      .help("specific heat capacity")
-      .source("dry paper");
-  table.add("heat.ambient_temperature", options.ambient_temperature)
-      .unit("K")
-      .more_than(0)
-      .acts_with({"heat.convection or heat.emissivity: more than 0",
-                  [&options] { return options.convection > 0 || options.emissivity > 0; }})
-      .help("temperature of the surroundings, to which heat is lost");
-  table.add("heat.convection", options.convection)
-      .unit("W/(m^2 K)")
-      .at_least(0)
-      .help("heat transfer coefficient of each side; 0: no convection; still air: about 10");
-  table.add("heat.emissivity", options.emissivity)
-      .range(0, 1)
-      .help("emissivity of each side; 0: no radiation; paper: about 0.9");
-  table.add("heat.ksp_rtol", options.ksp_rtol)
-      .more_than(0)
-      .at_most(0.1)
-      .solver_setting()
-      .help("relative tolerance of the linear solve of conduction, also of the temperatures' range");
-  table.add("heat.mat_type", options.mat_type)
-      .solver_setting()
-      .help(
-          "the matrix of conduction: aij: assembled; shell: matrix-free; auto: shell, or aij for a pc_type that needs "
-          "entries, and for save_system, ksp_view_mat and mat_view");
+  table.add("heat.initial_temperature", options.initial_temperature, Rules("K").more_than(0),
+            "temperature of every particle at the start");
+  table.add("heat.operator", options.operator_name, Rules().solver_setting(),
+            "conduction: finite elements on the drawn triangles, which converge to the Laplacian and conserve heat, or "
+            "the paper's umbrella over the springs, half of the Laplacian on regular sheets, which makes heat where "
+            "masses differ (heat_made in history.csv)",
+            "burning paper, eq. 3");
+  table.add("heat.diffusivity", options.diffusivity, Rules("m^2/s").at_least(0), "thermal diffusivity alpha",
+            "burning paper, eq. 2; docs/theory.md: parameters");
+  table.add("heat.diffusivity_texture", options.diffusivity_texture, Rules().file(),
+            "image whose brightness at the uv coordinates weights the diffusivity of each particle",
+            "burning paper, section 8");
+  table.add("heat.diffusivity_range", options.diffusivity_range,
+            Rules().length(2).at_least(0).acts_with(is_given("heat.diffusivity_texture", options.diffusivity_texture)),
+            "factors on the diffusivity where the image is black and where it is white");
+  table.add("heat.burning_heat", options.burning_heat, Rules("K").at_least(0),
+            "eta: the rise of temperature per unit of lost mass fraction",
+            "burning paper, eq. 1; docs/theory.md: readings");
+  table.add("heat.capacity", options.capacity, Rules("J/(kg K)").more_than(0), "specific heat capacity", "dry paper");
+  table.add(
+      "heat.ambient_temperature", options.ambient_temperature,
+      Rules("K").more_than(0).acts_with({"heat.convection or heat.emissivity: more than 0",
+                                         [&options] { return options.convection > 0 || options.emissivity > 0; }}),
+      "temperature of the surroundings, to which heat is lost");
+  table.add("heat.convection", options.convection, Rules("W/(m^2 K)").at_least(0),
+            "heat transfer coefficient of each side; 0: no convection; still air: about 10");
+  table.add("heat.emissivity", options.emissivity, Rules().range(0, 1),
+            "emissivity of each side; 0: no radiation; paper: about 0.9");
+  table.add("heat.ksp_rtol", options.ksp_rtol, Rules().more_than(0).at_most(0.1).solver_setting(),
+            "relative tolerance of the linear solve of conduction, also of the temperatures' range");
+  table.add("heat.mat_type", options.mat_type, Rules().solver_setting(),
+            "the matrix of conduction: aij: assembled; shell: matrix-free; auto: shell, or aij for a pc_type that "
+            "needs entries, and for save_system, ksp_view_mat and mat_view");
   table.add_objects("heat.sources", options.sources, "external heat sources, by name");
   table.add_solver_prefix("heat_");
 }

@@ -8,24 +8,15 @@
 #include "options/choice.h"
 
 namespace pellicle {
-inline namespace options {
-class OptionTable;
-}  // namespace options
 inline namespace heat {
 
 /// Discrete Laplacian of the conduction. umbrella: eq. 3 as printed.
 enum class HeatOperator { consistent, umbrella };
-inline const std::vector<std::string>& names_of(HeatOperator) {
-  static const std::vector<std::string> names{"consistent", "umbrella"};
-  return names;
-}
+inline std::vector<std::string> names_of(HeatOperator) { return {"consistent", "umbrella"}; }
 
 /// automatic: shell, unless the options of the solver ask for entries of the matrix.
 enum class HeatMatrix { automatic, aij, shell };
-inline const std::vector<std::string>& names_of(HeatMatrix) {
-  static const std::vector<std::string> names{"auto", "aij", "shell"};
-  return names;
-}
+inline std::vector<std::string> names_of(HeatMatrix) { return {"auto", "aij", "shell"}; }
 
 /// Heat of a surface (burning paper, section 5).
 struct HeatOptions {

@@ -15,18 +15,6 @@
 namespace pellicle {
 inline namespace io {
 
-namespace {
-
-bool is_first_rank(MPI_Comm comm) {
-  int rank = 0;
-  MPI_Comm_rank(comm, &rank);
-  return rank == 0;
-}
-
-int print_interval(int monitor, bool terminal) { return monitor == 0 && terminal ? 1 : monitor; }
-
-}  // namespace
-
 bool stdout_is_terminal() {
   if (std::getenv("OMPI_COMM_WORLD_SIZE") == nullptr) {
     return isatty(STDOUT_FILENO) != 0;
@@ -58,12 +46,13 @@ std::string duration_text(double seconds) {
 
 Console::Console(MPI_Comm comm, int monitor, std::ostream& stream, bool terminal, double longest_silence)
     : comm_(comm),
-      is_root_(is_first_rank(comm)),
-      interval_(print_interval(monitor, terminal)),
+      interval_(monitor == 0 && terminal ? 1 : monitor),
       stream_(stream),
       longest_silence_(longest_silence),
       start_(MPI_Wtime()),
-      last_line_(start_) {}
+      last_line_(start_) {
+  MPI_Comm_rank(comm_, &rank_);
+}
 
 void Console::say(const std::string& line) {
   if (interval_ > 0) {
@@ -72,7 +61,7 @@ void Console::say(const std::string& line) {
 }
 
 void Console::tell(const std::string& line) {
-  if (is_root_) {
+  if (rank_ == 0) {
     stream_ << line << std::endl;
     last_line_ = MPI_Wtime();
   }

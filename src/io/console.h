@@ -51,7 +51,7 @@ class Console {
 
  private:
   MPI_Comm comm_;
-  bool is_root_;
+  int rank_ = 0;
   int interval_;  ///< steps between progress lines; 0: unwatched
   std::ostream& stream_;
   double longest_silence_;  ///< [s]

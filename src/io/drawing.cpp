@@ -15,6 +15,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <utility>
 
 #include "parallel/collective.h"
@@ -24,18 +25,26 @@ inline namespace io {
 
 namespace {
 
-vtkSmartPointer<vtkDoubleArray> double_array(const std::string& name, int components, std::size_t tuples) {
-  auto array = vtkSmartPointer<vtkDoubleArray>::New();
-  array->SetName(name.c_str());
-  array->SetNumberOfComponents(components);
-  array->SetNumberOfTuples(static_cast<vtkIdType>(tuples));
-  return array;
-}
-
 template <class Array>
 vtkSmartPointer<Array> named_array(const char* name) {
   auto array = vtkSmartPointer<Array>::New();
   array->SetName(name);
+  return array;
+}
+
+vtkSmartPointer<vtkDoubleArray> double_array(const DrawnField& field, std::size_t tuples) {
+  auto array = named_array<vtkDoubleArray>(field.name.c_str());
+  array->SetNumberOfComponents(field.components);
+  array->SetNumberOfTuples(static_cast<vtkIdType>(tuples));
+  return array;
+}
+
+/// 0, 1, 2, ...
+vtkSmartPointer<vtkTypeInt64Array> numbers(const char* name, vtkIdType count) {
+  auto array = named_array<vtkTypeInt64Array>(name);
+  for (vtkIdType i = 0; i < count; ++i) {
+    array->InsertNextValue(i);
+  }
   return array;
 }
 
@@ -61,32 +70,6 @@ void add_identity(MPI_Comm comm, const std::vector<DrawnPoint>& points, vtkDataA
   piece->GetCellData()->AddArray(of_cells);
 }
 
-/// Points that are particles, numbered 0, 1, 2, ... in the order in which they are first used.
-class ParticlePoints {
- public:
-  explicit ParticlePoints(const Surface& set) : set_(set), number_(set.particles.local(), -1) {}
-
-  vtkIdType operator()(PetscInt particle) {
-    vtkIdType& number = number_[particle];
-    if (number < 0) {
-      number = static_cast<vtkIdType>(points_.size());
-      DrawnPoint point;
-      point.particles[0] = particle;
-      point.weights[0] = 1;
-      point.id = set_.persistent_id[particle];
-      point.is_owned = particle < set_.particles.owned;
-      points_.push_back(point);
-    }
-    return number;
-  }
-  const std::vector<DrawnPoint>& points() const { return points_; }
-
- private:
-  const Surface& set_;
-  std::vector<vtkIdType> number_;
-  std::vector<DrawnPoint> points_;
-};
-
 /// Adds the texture coordinates of the points, if the mesh has any, as ParaView wants them: its writer of PLY crashes
 /// unless they are of type float, and looks for them by this name. Collective.
 void add_uv(const Surface& set, const std::vector<DrawnPoint>& points, vtkPolyData* piece) {
@@ -108,7 +91,7 @@ void add_uv(const Surface& set, const std::vector<DrawnPoint>& points, vtkPolyDa
 
 /// Values of the points of a drawing.
 vtkSmartPointer<vtkDoubleArray> at_points(const Drawing& drawing, const DrawnField& field) {
-  auto array = double_array(field.name, field.components, drawing.points.size());
+  auto array = double_array(field, drawing.points.size());
   double* value = array->GetPointer(0);
   for (const DrawnPoint& point : drawing.points) {
     const double centre_share = field.is_of_both_layers ? point.centre_share : 0;
@@ -168,8 +151,20 @@ Drawing drawing_of(const Surface& surface, DrawnSurface drawn) {
 }
 
 Drawing drawing_of_springs(const Sheet& sheet, const ActiveSet& active) {
-  ParticlePoints number(sheet);
   Drawing drawing;
+  std::vector<vtkIdType> point_of(sheet.particles.local(), -1);
+  // The points are particles, numbered in the order in which they are first used.
+  const auto number = [&](PetscInt particle) {
+    if (point_of[particle] < 0) {
+      point_of[particle] = static_cast<vtkIdType>(drawing.points.size());
+      DrawnPoint& point = drawing.points.emplace_back();
+      point.particles[0] = particle;
+      point.weights[0] = 1;
+      point.id = sheet.persistent_id[particle];
+      point.is_owned = particle < sheet.particles.owned;
+    }
+    return point_of[particle];
+  };
   drawing.skeleton = vtkSmartPointer<vtkPolyData>::New();
   const auto colour_of_line = named_array<vtkIntArray>("colour");
   vtkNew<vtkCellArray> lines;
@@ -192,7 +187,6 @@ Drawing drawing_of_springs(const Sheet& sheet, const ActiveSet& active) {
       number(i);
     }
   }
-  drawing.points = number.points();
   drawing.skeleton->SetLines(lines);
   add_identity(sheet.comm(), drawing.points, colour_of_line, drawing.skeleton);
   return drawing;
@@ -210,7 +204,7 @@ vtkSmartPointer<vtkPolyData> drawn(const Drawing& drawing, const double* positio
     piece->GetPointData()->AddArray(at_points(drawing, field));
   }
   for (const DrawnField& field : cell_fields) {
-    const auto array = double_array(field.name, field.components, drawing.items.size());
+    const auto array = double_array(field, drawing.items.size());
     double* value = array->GetPointer(0);
     for (const PetscInt item : drawing.items) {
       value = std::copy_n(field.values + field.components * item, field.components, value);
@@ -218,6 +212,25 @@ vtkSmartPointer<vtkPolyData> drawn(const Drawing& drawing, const double* positio
     piece->GetCellData()->AddArray(array);
   }
   return piece;
+}
+
+vtkSmartPointer<vtkPolyData> drawing_of_solid(const Solid& solid, double half) {
+  const Facets facets = facets_of(solid.shape, half);
+  vtkNew<vtkPoints> points;
+  points->SetDataTypeToDouble();
+  for (const Eigen::Vector3d& point : facets.points) {
+    points->InsertNextPoint(solid.pose.to_world(point).data());
+  }
+  vtkNew<vtkCellArray> cells;
+  for (const std::array<int, 3>& triangle : facets.triangles) {
+    cells->InsertNextCell({triangle[0], triangle[1], triangle[2]});
+  }
+  auto drawing = vtkSmartPointer<vtkPolyData>::New();
+  drawing->SetPoints(points);
+  drawing->SetPolys(cells);
+  drawing->GetPointData()->AddArray(numbers("vertex_id", points->GetNumberOfPoints()));
+  drawing->GetCellData()->AddArray(numbers("cell_id", cells->GetNumberOfCells()));
+  return drawing;
 }
 
 }  // namespace io

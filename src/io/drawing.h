@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "geometry/solids.h"
 #include "state/field_registry.h"
 #include "surface/active_set.h"
 #include "surface/drawn_surface.h"
@@ -50,6 +51,11 @@ Drawing drawing_of_springs(const Sheet& sheet, const ActiveSet& active);
 vtkSmartPointer<vtkPolyData> drawn(const Drawing& drawing, const double* positions,
                                    const std::vector<DrawnField>& particle_fields,
                                    const std::vector<DrawnField>& cell_fields);
+
+/// The surface of a solid as triangles, for frames; of a half space a square round the origin of its frame. Fields:
+/// `vertex_id` and `cell_id`, which do not change between frames.
+/// @param half half of the square's edge [m]
+vtkSmartPointer<vtkPolyData> drawing_of_solid(const Solid& solid, double half);
 
 }  // namespace io
 }  // namespace pellicle

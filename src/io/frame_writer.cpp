@@ -1,12 +1,12 @@
 #include "io/frame_writer.h"
 
+#include <fmt/format.h>
 #include <vtkPolyData.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "base/error.h"
-#include "io/solid_drawing.h"
 #include "parallel/collective.h"
 
 namespace pellicle {
@@ -148,11 +148,8 @@ void FrameWriter::complete(double time, int step) {
 void FrameWriter::require_chosen_fields(const std::vector<std::string>& known) const {
   for (const std::string& name : options_.fields) {
     if (!has(known, name)) {
-      std::string list;
-      for (const std::string& other : known) {
-        list += (list.empty() ? "" : ", ") + other;
-      }
-      throw Error("output.fields: no field '" + name + "' in this run: expected some of " + list);
+      throw Error(
+          fmt::format("output.fields: no field '{}' in this run: expected some of {}", name, fmt::join(known, ", ")));
     }
   }
 }

@@ -113,28 +113,21 @@ void OutputFolder::start() {
     }
     check_conflicts();
     // The new record is written before the old one is removed: a deck that a run has kept may be the one that is run.
-    Files old = std::exchange(files_, {});
+    const Files old = std::exchange(files_, {});
     write_record();
-    for (const auto& [name, sums] : files_) {
-      old.erase(name);
-    }
-    for (auto file = old.begin(); file != old.end();) {
-      const bool stays =
-          std::any_of(stays_.begin(), stays_.end(), [&](const auto& keeps) { return keeps(file->first); });
-      if (stays) {
-        files_.insert(*file);
-      }
-      file = stays ? old.erase(file) : std::next(file);
-    }
     Files series;  // removed first, so that they never name frames that are gone
-    for (const auto& [name, sums] : old) {
-      if (fs::path(name).extension() == ".pvd") {
-        series.emplace(name, sums);
+    Files others;
+    for (const auto& file : old) {
+      const bool stays =
+          std::any_of(stays_.begin(), stays_.end(), [&](const auto& keeps) { return keeps(file.first); });
+      if (files_.count(file.first) == 0) {
+        (stays ? files_ : fs::path(file.first).extension() == ".pvd" ? series : others).insert(file);
       }
     }
-    remove_files(directory_, series);
-    remove_files(directory_, old);
-    remove_files(path(parts_name), old);
+    for (const Files& files : {series, others}) {
+      remove_files(directory_, files);
+      remove_files(path(parts_name), files);
+    }
     list_.overwrite(listed(files_, true));
   });
 }

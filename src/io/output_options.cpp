@@ -60,30 +60,24 @@ void OutputOptions::validate() const {
 }
 
 void describe(OptionTable& table, OutputOptions& options) {
-  table.add("output.directory", &options.directory)
-      .help(
-          "folder of all files that the run writes, one run at a time; output/<name of the deck> unless given; files "
-          "of "
-          "an earlier run of the same name are replaced, see its run_files.txt, others are left alone");
-  table.add("output.name", &options.name)
-      .help("name of the run: of the .pvd file and of its frames; the deck's unless given");
-  table.add("output.interval_time", &options.interval_time)
-      .unit("s")
-      .at_least(0)
-      .help("simulated time between frames; 0: output.interval_steps counts");
-  table.add("output.interval_steps", &options.interval_steps)
-      .at_least(1)
-      .acts_with({"output.interval_time: 0", [&options] { return options.interval_time == 0; }})
-      .help("steps between frames");
-  table.add("output.fields", &options.fields)
-      .help("fields of the drawn surface; all unless given; vertex_id, rank and cell_id are always there");
-  table.add("output.springs", &options.springs)
-      .help("also write the springs of a sheet as lines, <name>_springs.pvd: colour set, strain, target length, state");
-  table.add("output.monitor", &options.monitor)
-      .at_least(0)
-      .help(
-          "print a progress line every so many steps, also when the output is no terminal; 0: every step on a "
-          "terminal, elsewhere one after five minutes without a line");
+  table.add("output.directory", options.directory,
+            "folder of all files that the run writes, one run at a time; output/<name of the deck> unless given; files "
+            "of an earlier run of the same name are replaced, see its run_files.txt, others are left alone");
+  table.add("output.name", options.name,
+            "name of the run: of the .pvd file and of its frames; the deck's unless given");
+  table.add("output.interval_time", options.interval_time, Rules("s").at_least(0),
+            "simulated time between frames; 0: output.interval_steps counts");
+  table.add(
+      "output.interval_steps", options.interval_steps,
+      Rules().at_least(1).acts_with({"output.interval_time: 0", [&options] { return options.interval_time == 0; }}),
+      "steps between frames");
+  table.add("output.fields", options.fields,
+            "fields of the drawn surface; all unless given; vertex_id, rank and cell_id are always there");
+  table.add("output.springs", options.springs,
+            "also write the springs of a sheet as lines, <name>_springs.pvd: colour set, strain, target length, state");
+  table.add("output.monitor", options.monitor, Rules().at_least(0),
+            "print a progress line every so many steps, also when the output is no terminal; 0: every step on a "
+            "terminal, elsewhere one after five minutes without a line");
 }
 
 }  // namespace io

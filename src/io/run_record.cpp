@@ -1,6 +1,7 @@
 #include "io/run_record.h"
 
 #include <fcntl.h>
+#include <fmt/chrono.h>
 #include <petscsys.h>
 #include <vtkVersion.h>
 #include <yaml-cpp/yaml.h>
@@ -8,7 +9,6 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cctype>
-#include <cstring>
 #include <ctime>
 #include <filesystem>
 
@@ -21,29 +21,17 @@ inline namespace io {
 
 namespace {
 
-std::string now() {
-  const std::time_t time = std::time(nullptr);
-  char text[32];
-  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", std::gmtime(&time));
-  return text;
-}
-
 std::string mpi_library() {
   char text[MPI_MAX_LIBRARY_VERSION_STRING];
   int length = 0;
   MPI_Get_library_version(text, &length);
-  return std::string(text, text + std::strlen(text));
+  return text;
 }
 
 std::string petsc_library() {
   char text[256];
   check(PetscGetVersion(text, sizeof text));
   return text;
-}
-
-std::string eigen_library() {
-  return std::to_string(EIGEN_WORLD_VERSION) + "." + std::to_string(EIGEN_MAJOR_VERSION) + "." +
-         std::to_string(EIGEN_MINOR_VERSION);
 }
 
 /// "deck_1_paper.yaml": a copy of a copy has the name of the first.
@@ -59,7 +47,7 @@ std::string facts(const RunRecord& record, int ranks) {
   yaml << YAML::BeginMap;
   yaml << YAML::Key << "program" << YAML::Value << record.program;
   yaml << YAML::Key << "git_revision" << YAML::Value << record.revision;
-  yaml << YAML::Key << "date" << YAML::Value << now();
+  yaml << YAML::Key << "date" << YAML::Value << fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
   yaml << YAML::Key << "ranks" << YAML::Value << ranks;
   yaml << YAML::Key << "command_line" << YAML::Value << record.arguments;
   yaml << YAML::Key << "decks" << YAML::Value << YAML::BeginSeq;
@@ -78,7 +66,8 @@ std::string facts(const RunRecord& record, int ranks) {
   yaml << YAML::Key << "libraries" << YAML::Value << YAML::BeginMap;
   yaml << YAML::Key << "petsc" << YAML::Value << petsc_library();
   yaml << YAML::Key << "vtk" << YAML::Value << vtkVersion::GetVTKVersion();
-  yaml << YAML::Key << "eigen" << YAML::Value << eigen_library();
+  yaml << YAML::Key << "eigen" << YAML::Value
+       << fmt::format("{}.{}.{}", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION);
   yaml << YAML::Key << "mpi" << YAML::Value << mpi_library();
   yaml << YAML::EndMap << YAML::EndMap;
   return std::string(yaml.c_str()) + "\n";

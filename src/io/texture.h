@@ -3,7 +3,8 @@
 #include <mpi.h>
 
 #include <string>
-#include <vector>
+
+#include "io/png_reader.h"
 
 namespace pellicle {
 inline namespace io {
@@ -19,15 +20,13 @@ class Texture {
   /// picture the value is that of its edge.
   double sample(double u, double v) const;
 
-  int width() const { return width_; }
-  int height() const { return height_; }
+  int width() const { return picture_.width; }
+  int height() const { return picture_.height; }
 
  private:
   double pixel(int column, int row) const;
 
-  int width_ = 0;
-  int height_ = 0;
-  std::vector<double> values_;  ///< in [0, 1], rows from the lower edge up
+  Picture picture_;
 };
 
 }  // namespace io

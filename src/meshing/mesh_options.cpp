@@ -16,67 +16,50 @@ inline namespace meshing {
 void describe(OptionTable& table, MeshOptions& options) {
   // A file takes the place of a generated mesh.
   const Condition generated{"no mesh.file", [&options] { return options.file.empty(); }};
-  const auto add = [&](const std::string& key, auto& variable, const std::vector<MeshShape>& shapes) -> Option& {
-    return table.add(key, variable).acts_with(generated).acts_with(one_of("mesh.shape", options.shape, shapes));
+  const auto of = [&](const std::vector<MeshShape>& shapes, const std::string& unit = "1") {
+    return Rules(unit).acts_with(generated).acts_with(one_of("mesh.shape", options.shape, shapes));
   };
-  table.add("mesh.shape", options.shape)
-      .acts_with({"no mesh.file", [&options] { return options.file.empty() || options.shape == MeshShape::file; }})
-      .help(
-          "mesh to generate, of quads: a flat rectangle, a torus round the z axis, a roof (an arch of quads that stand "
-          "on their points, so that its boundary is a zigzag), a T-shirt that stands upright, a quad_ellipsoid, closed "
-          "(a blown-up cube); of triangles and closed: "
-          "an icosphere, an ellipsoid, a tube along z with half spheres at its ends, the smooth surface of the solids "
-          "mesh.blobs; of triangles and flat: a disc, a square (any rectangle) with one corner at the origin, a "
-          "quarter of an airbag; a file, when mesh.file names one, takes its place");
-  table.add("mesh.file", options.file)
-      .file()
-      .not_read_again()
-      .help(
-          "mesh to read, whatever mesh.shape says: obj, off, ply, stl, vtp, vtu, vtk or msh; or mesh.h5, which "
-          "-mesh_only "
-          "writes, in parallel and as it is: no other option of mesh acts then; empty: generate one");
-  add("mesh.cells", options.cells,
-      {MeshShape::rectangle, MeshShape::torus, MeshShape::roof, MeshShape::shirt, MeshShape::square})
-      .length(2)
-      .at_least(1)
-      .help(
-          "cells of the generated mesh along its length and width; torus: round the axis and round the tube; square: "
-          "each of four triangles; shirt: across the torso and from waist to shoulder, at least 8");
-  add("mesh.size", options.size, {MeshShape::rectangle, MeshShape::roof, MeshShape::shirt, MeshShape::square})
-      .length(2)
-      .more_than(0)
-      .unit("m")
-      .help(
-          "length and width of rectangle, roof and square, the roof's width along its arc; shirt: width of the torso "
-          "laid flat, half its girth, and height from waist to shoulder");
-  add("mesh.major_radius", options.major_radius, {MeshShape::torus})
-      .more_than(0)
-      .unit("m")
-      .help("radius of the circle in the middle of the tube");
-  add("mesh.tube_radius", options.tube_radius, {MeshShape::torus}).more_than(0).unit("m").help("radius of the tube");
-  add("mesh.arch", options.arch, {MeshShape::roof}).more_than(0).less_than(2 * pi).unit("rad").help("angle of its arc");
-  add("mesh.level", options.level, {MeshShape::icosphere, MeshShape::ellipsoid, MeshShape::quad_ellipsoid})
-      .range(0, 9)
-      .help(
-          "how often the triangles of the icosahedron are split, 10 * 4^level + 2 vertices, or the sides of the cube, "
-          "6 * "
-          "4^level quads");
-  add("mesh.radius", options.radius, {MeshShape::icosphere, MeshShape::tube, MeshShape::disc})
-      .more_than(0)
-      .unit("m")
-      .help("radius");
-  add("mesh.semi_axes", options.semi_axes, {MeshShape::ellipsoid, MeshShape::quad_ellipsoid})
-      .more_than(0)
-      .unit("m")
-      .help("half axes along x, y and z");
-  add("mesh.length", options.length, {MeshShape::tube})
-      .more_than(0)
-      .unit("m")
-      .help("length of its cylinder, without the half spheres");
-  add("mesh.rings", options.rings, {MeshShape::disc})
-      .at_least(1)
-      .help("rings of triangles between centre and rim, 1 + 3 n (n + 1) vertices");
-  add("mesh.vertices", options.vertices, {MeshShape::tube, MeshShape::blobs}).at_least(4).help("number of vertices");
+  table.add(
+      "mesh.shape", options.shape,
+      Rules().acts_with(
+          {"no mesh.file", [&options] { return options.file.empty() || options.shape == MeshShape::file; }}),
+      "mesh to generate, of quads: a flat rectangle, a torus round the z axis, a roof (an arch of quads that stand on "
+      "their points, so that its boundary is a zigzag), a T-shirt that stands upright, a quad_ellipsoid, closed (a "
+      "blown-up cube); of triangles and closed: an icosphere, an ellipsoid, a tube along z with half spheres at its "
+      "ends, the smooth surface of the solids mesh.blobs; of triangles and flat: a disc, a square (any rectangle) with "
+      "one corner at the origin, a quarter of an airbag; a file, when mesh.file names one, takes its place");
+  table.add("mesh.file", options.file, Rules().file().not_read_again(),
+            "mesh to read, whatever mesh.shape says: obj, off, ply, stl, vtp, vtu, vtk or msh; or mesh.h5, which "
+            "-mesh_only writes, in parallel and as it is: no other option of mesh acts then; empty: generate one");
+  table.add("mesh.cells", options.cells,
+            of({MeshShape::rectangle, MeshShape::torus, MeshShape::roof, MeshShape::shirt, MeshShape::square})
+                .length(2)
+                .at_least(1),
+            "cells of the generated mesh along its length and width; torus: round the axis and round the tube; square: "
+            "each of four triangles; shirt: across the torso and from waist to shoulder, at least 8");
+  table.add(
+      "mesh.size", options.size,
+      of({MeshShape::rectangle, MeshShape::roof, MeshShape::shirt, MeshShape::square}, "m").length(2).more_than(0),
+      "length and width of rectangle, roof and square, the roof's width along its arc; shirt: width of the torso laid "
+      "flat, half its girth, and height from waist to shoulder");
+  table.add("mesh.major_radius", options.major_radius, of({MeshShape::torus}, "m").more_than(0),
+            "radius of the circle in the middle of the tube");
+  table.add("mesh.tube_radius", options.tube_radius, of({MeshShape::torus}, "m").more_than(0), "radius of the tube");
+  table.add("mesh.arch", options.arch, of({MeshShape::roof}, "rad").more_than(0).less_than(2 * pi), "angle of its arc");
+  table.add("mesh.level", options.level,
+            of({MeshShape::icosphere, MeshShape::ellipsoid, MeshShape::quad_ellipsoid}).range(0, 9),
+            "how often the triangles of the icosahedron are split, 10 * 4^level + 2 vertices, or the sides of the "
+            "cube, 6 * 4^level quads");
+  table.add("mesh.radius", options.radius,
+            of({MeshShape::icosphere, MeshShape::tube, MeshShape::disc}, "m").more_than(0), "radius");
+  table.add("mesh.semi_axes", options.semi_axes,
+            of({MeshShape::ellipsoid, MeshShape::quad_ellipsoid}, "m").more_than(0), "half axes along x, y and z");
+  table.add("mesh.length", options.length, of({MeshShape::tube}, "m").more_than(0),
+            "length of its cylinder, without the half spheres");
+  table.add("mesh.rings", options.rings, of({MeshShape::disc}).at_least(1),
+            "rings of triangles between centre and rim, 1 + 3 n (n + 1) vertices");
+  table.add("mesh.vertices", options.vertices, of({MeshShape::tube, MeshShape::blobs}).at_least(4),
+            "number of vertices");
   table.add_under(generated, [&] {
     table.add_under(one_of("mesh.shape", options.shape, {MeshShape::blobs}), [&] {
       table.add_objects(
@@ -86,31 +69,19 @@ void describe(OptionTable& table, MeshOptions& options) {
   });
   const Condition placed{"no mesh.file of -mesh_only, which is in its place",
                          [&options] { return !options.has_partition(); }};
-  table.add("mesh.scale", options.scale)
-      .acts_with(placed)
-      .more_than(0)
-      .help("factor on all coordinates, such as 0.001 for a file in mm");
-  table.add("mesh.volume", options.volume)
-      .acts_with(placed)
-      .more_than(0)
-      .unit("m^3")
-      .help("then scaled, about the origin, to enclose this volume; the mesh must be closed");
-  table.add("mesh.merge", options.merge)
-      .acts_with(placed)
-      .help("points at the same place become one; false keeps them apart, as for two layers that lie on each other");
-  table.add("mesh.merge_distance", options.merge_distance)
-      .acts_with(placed)
-      .acts_with({"mesh.merge", [&options] { return options.merge; }})
-      .at_least(0)
-      .unit("m")
-      .help(
-          "points no further apart count as at the same place, measured before mesh.volume scales the mesh; 0: at "
-          "exactly the same place");
-  table.add("mesh.rotation", options.rotation)
-      .acts_with(placed)
-      .unit("rad")
-      .help("then turned by these angles about the axes x, y and z, in this order, through the origin");
-  table.add("mesh.shift", options.shift).acts_with(placed).unit("m").help("then moved by this vector");
+  table.add("mesh.scale", options.scale, Rules().acts_with(placed).more_than(0),
+            "factor on all coordinates, such as 0.001 for a file in mm");
+  table.add("mesh.volume", options.volume, Rules("m^3").acts_with(placed).more_than(0),
+            "then scaled, about the origin, to enclose this volume; the mesh must be closed");
+  table.add("mesh.merge", options.merge, Rules().acts_with(placed),
+            "points at the same place become one; false keeps them apart, as for two layers that lie on each other");
+  table.add("mesh.merge_distance", options.merge_distance,
+            Rules("m").acts_with(placed).acts_with({"mesh.merge", [&options] { return options.merge; }}).at_least(0),
+            "points no further apart count as at the same place, measured before mesh.volume scales the mesh; 0: at "
+            "exactly the same place");
+  table.add("mesh.rotation", options.rotation, Rules("rad").acts_with(placed),
+            "then turned by these angles about the axes x, y and z, in this order, through the origin");
+  table.add("mesh.shift", options.shift, Rules("m").acts_with(placed), "then moved by this vector");
 }
 
 namespace {

@@ -29,10 +29,9 @@ enum class MeshShape {
   quad_ellipsoid,
   file
 };
-inline const std::vector<std::string>& names_of(MeshShape) {
-  static const std::vector<std::string> names{"rectangle", "torus", "roof", "shirt",  "icosphere",      "ellipsoid",
-                                              "tube",      "blobs", "disc", "square", "quad_ellipsoid", "file"};
-  return names;
+inline std::vector<std::string> names_of(MeshShape) {
+  return {"rectangle", "torus", "roof", "shirt",  "icosphere",      "ellipsoid",
+          "tube",      "blobs", "disc", "square", "quad_ellipsoid", "file"};
 }
 
 /// Source and placement of the mesh.

@@ -70,17 +70,18 @@ const Option* declared_option(const OptionTable& table, const std::string& name)
 }
 
 /// Splits the words of the command line, or of another source, into paths of decks, and options with their values.
+/// @param decks gets the decks; null: the source, which is not the command line, may name none
 std::vector<TypedOption> split_words(const std::vector<Word>& words, const std::string& source,
-                                     const OptionTable& table, std::vector<Deck>& decks) {
+                                     const OptionTable& table, std::vector<Deck>* decks = nullptr) {
   std::vector<TypedOption> typed;
-  const bool may_name_decks = source == command_line;
+  const bool may_name_decks = decks != nullptr;
   for (std::size_t i = 0; i < words.size(); ++i) {
     const std::string& word = words[i].text;
     if (may_name_decks && is_deck(word)) {
-      decks.push_back({word, "", "", !decks.empty()});
+      decks->push_back({word, "", "", !decks->empty()});
       continue;
     }
-    const Origin origin{source, words[i].line, word, source != command_line};
+    const Origin origin{source, words[i].line, word, !may_name_decks};
     if (!is_option(word)) {
       fail(origin,
            std::string("neither an option nor the value of one; expected ") +
@@ -238,9 +239,8 @@ std::vector<TypedOption> with_files(const std::vector<TypedOption>& typed, const
     if (!option.value || depth == deepest) {
       fail(option.origin, (option.value ? "names itself; expected " : "no value; expected ") + expected);
     }
-    std::vector<Deck> no_decks;
     const std::vector<Word> words = words_in(file_text(*option.value, expected));
-    for (TypedOption& named : with_files(split_words(words, *option.value, table, no_decks), table, depth + 1)) {
+    for (TypedOption& named : with_files(split_words(words, *option.value, table), table, depth + 1)) {
       all.push_back(std::move(named));
     }
   }
@@ -251,18 +251,14 @@ std::vector<TypedOption> with_files(const std::vector<TypedOption>& typed, const
 std::vector<TypedOption> options_of_surroundings(const OptionTable& table, bool skip_files) {
   std::vector<TypedOption> all;
   const auto append = [&](const std::string& source, const std::vector<Word>& words) {
-    std::vector<Deck> no_decks;
-    const std::vector<TypedOption> found = split_words(words, source, table, no_decks);
+    const std::vector<TypedOption> found = split_words(words, source, table);
     all.insert(all.end(), found.begin(), found.end());
   };
   std::vector<std::string> files{".petscrc", "petscrc"};
   if (const char* home = std::getenv("HOME")) {
     files.insert(files.begin(), std::string(home) + "/.petscrc");
   }
-  for (const std::string& file : files) {
-    if (skip_files) {
-      continue;
-    }
+  for (const std::string& file : skip_files ? std::vector<std::string>() : files) {
     std::error_code failure;
     const std::filesystem::file_type type = std::filesystem::status(file, failure).type();
     if (type == std::filesystem::file_type::none) {
@@ -285,8 +281,8 @@ std::vector<TypedOption> options_of_surroundings(const OptionTable& table, bool 
 
 /// All options, decks aside, as rank 0 finds them, in the order in which later ones win. Collective.
 std::vector<TypedOption> all_options(MPI_Comm comm, const std::vector<TypedOption>& typed, const OptionTable& table) {
-  std::string
-      text;  // of each option the source, line and name, and its value after "=", or nothing; all end with a NUL
+  // Of each option the source, line and name, and its value after "=", or nothing; all end with a NUL.
+  std::string text;
   on_root(comm, [&] {
     const bool skip_files = std::any_of(typed.begin(), typed.end(), [](const TypedOption& option) {
       return option.name == "skip_petscrc" && option.value.value_or("true") != "false";
@@ -324,14 +320,14 @@ std::vector<TypedOption> all_options(MPI_Comm comm, const std::vector<TypedOptio
 
 }  // namespace
 
-ProgramArguments read_arguments(MPI_Comm comm, int argc, const char* const* argv, OptionTable& table,
+ProgramArguments read_arguments(MPI_Comm comm, const std::vector<std::string>& words, OptionTable& table,
                                 const std::function<OptionTable&(const std::string& object)>& make_table) {
   ProgramArguments arguments(table);
-  std::vector<Word> words;
-  for (int i = 1; i < argc; ++i) {
-    words.push_back({argv[i]});
+  std::vector<Word> typed_words;
+  for (const std::string& word : words) {
+    typed_words.push_back({word});
   }
-  const std::vector<TypedOption> typed = split_words(words, command_line, table, arguments.decks);
+  const std::vector<TypedOption> typed = split_words(typed_words, command_line, table, &arguments.decks);
   std::vector<TypedOption> options = all_options(comm, typed, table);
   for (const TypedOption& option : options) {
     arguments.help = arguments.help || option.name == "help" || option.name == "h";

@@ -37,12 +37,13 @@ bool is_option(const std::string& argument);
 /// variable PETSC_OPTIONS; then the options of the command line, wherever they stand, with those of `-options_file
 /// FILE` in its place. Later ones win. With one of the three flags no deck is read. Collective: rank 0 reads files and
 /// environment.
+/// @param words of the command line, without the program's name
 /// @param table of a run of one object; gets the options unless a deck names objects
 /// @param make_table makes the table of an object that a deck names, which must outlive what is returned
 /// @throws Error, the same on every rank: a file that cannot be read or is wrong (read_deck); an option of the program
 /// that is misspelt, lacks its value, or has a wrong one; an option without effect (settle_idle_options); a deck that
 /// sets nothing and is not laid over another; an argument that is none of these.
-ProgramArguments read_arguments(MPI_Comm comm, int argc, const char* const* argv, OptionTable& table,
+ProgramArguments read_arguments(MPI_Comm comm, const std::vector<std::string>& words, OptionTable& table,
                                 const std::function<OptionTable&(const std::string& object)>& make_table);
 
 /// PetscInitialize with all of PETSc's own options that read_arguments has read; PETSc does not read them again. Its

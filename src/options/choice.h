@@ -6,6 +6,8 @@
 namespace pellicle {
 inline namespace options {
 
+class OptionTable;  // to which headers of options declare how they are added
+
 /// One of several names, for any enumeration: the part of a Choice that the option table uses.
 class AnyChoice {
  public:
@@ -27,22 +29,24 @@ class AnyChoice {
 /// their order from 0:
 ///
 ///     enum class ChainKind { burn, inflate };
-///     inline const std::vector<std::string>& names_of(ChainKind) {
-///       static const std::vector<std::string> names{"burn", "inflate"};
-///       return names;
-///     }
+///     inline std::vector<std::string> names_of(ChainKind) { return {"burn", "inflate"}; }
 ///
 /// and `table.add("chain", options.chain)` declares the option with these names.
 template <class E>
 class Choice : public AnyChoice {
  public:
-  Choice(E value)
-      : AnyChoice(names_of(value), static_cast<std::size_t>(value)) {}  // NOLINT(google-explicit-constructor)
+  Choice(E value) : AnyChoice(all_names(), static_cast<std::size_t>(value)) {}  // NOLINT(google-explicit-constructor)
   /// @throws Error when the enumeration has no such name
   Choice(const std::string& name) : Choice(E{}) { set(name); }  // NOLINT(google-explicit-constructor)
   Choice(const char* name) : Choice(std::string(name)) {}       // NOLINT(google-explicit-constructor)
 
   operator E() const { return static_cast<E>(index_value()); }  // NOLINT(google-explicit-constructor)
+
+ private:
+  static const std::vector<std::string>& all_names() {
+    static const std::vector<std::string> names = names_of(E{});
+    return names;
+  }
 };
 
 }  // namespace options

@@ -95,6 +95,22 @@ class ExpansionCheck : public YAML::EventHandler {
 
 const char* const objects_key = "objects";
 
+bool is_merge(const YAML::Node& key) { return key.IsScalar() && key.Scalar() == "<<"; }
+
+/// Calls visit(key, node) for each node that a map includes by the merge key: `<<: *map` or `<<: [*map, *other]`.
+template <class Visit>
+void for_each_merged(const YAML::Node& map, const Visit& visit) {
+  for (const auto& entry : map) {
+    if (is_merge(entry.first) && entry.second.IsSequence()) {
+      for (const YAML::Node& node : entry.second) {
+        visit(entry.first, node);
+      }
+    } else if (is_merge(entry.first)) {
+      visit(entry.first, entry.second);
+    }
+  }
+}
+
 /// Walks the maps of one deck.
 class DeckReader {
  public:
@@ -148,33 +164,32 @@ class DeckReader {
       read_objects_of_run(other);
     }
     if (root[objects_key]) {
-      for_each_entry(root[objects_key], [this](const std::string& name, const YAML::Node& map) {
-        object_ = name;
-        sets_something_ = true;
-        given_to_ = tables_.of(name);
-        if (!map.IsMap() && !map.IsNull()) {
-          fail("", described(map) + "; expected a map of options");
-        }
-        read_map(map, "");
-        object_.clear();
-        given_to_ = tables_.of("");
-      });
+      read_named_objects(root[objects_key]);
     }
   }
 
-  /// The entries of a map, first those included from others.
-  template <class Visit>
-  void for_each_entry(const YAML::Node& map, const Visit& visit) {
-    for (const YAML::Node& other : merged_maps(map, objects_key)) {
-      for_each_entry(other, visit);
+  /// Reads a map of objects, first those included from others.
+  void read_named_objects(const YAML::Node& objects) {
+    for (const YAML::Node& other : merged_maps(objects, objects_key)) {
+      read_named_objects(other);
     }
     FirstLines first_lines;
-    for (const auto& entry : map) {
-      if (!is_merge(entry.first)) {
-        line_ = entry.first.Mark().line + 1;
-        require_new(first_lines, entry.first.Scalar(), objects_key + ("." + entry.first.Scalar()));
-        visit(entry.first.Scalar(), entry.second);
+    for (const auto& entry : objects) {
+      if (is_merge(entry.first)) {
+        continue;
       }
+      line_ = entry.first.Mark().line + 1;
+      const std::string name = entry.first.Scalar();
+      require_new(first_lines, name, objects_key + ("." + name));
+      object_ = name;
+      sets_something_ = true;
+      given_to_ = tables_.of(name);
+      if (!entry.second.IsMap() && !entry.second.IsNull()) {
+        fail("", described(entry.second) + "; expected a map of options");
+      }
+      read_map(entry.second, "");
+      object_.clear();
+      given_to_ = tables_.of("");
     }
   }
 
@@ -187,27 +202,16 @@ class DeckReader {
     }
   }
 
-  static bool is_merge(const YAML::Node& key) { return key.IsScalar() && key.Scalar() == "<<"; }
-
-  /// The maps behind the merge key `<<: *map` or `<<: [*map, *other]`; earlier ones override later ones.
+  /// The maps that a map includes; earlier ones override later ones.
   std::vector<YAML::Node> merged_maps(const YAML::Node& map, const std::string& parent) {
     std::vector<YAML::Node> maps;
-    for (const auto& entry : map) {
-      if (!is_merge(entry.first)) {
-        continue;
-      }
-      line_ = entry.first.Mark().line + 1;
-      if (entry.second.IsSequence()) {
-        for (const YAML::Node& other : entry.second) {
-          maps.push_back(other);
-        }
-      } else {
-        maps.push_back(entry.second);
-      }
-      if (!std::all_of(maps.begin(), maps.end(), [](const YAML::Node& node) { return node.IsMap(); })) {
+    for_each_merged(map, [&](const YAML::Node& key, const YAML::Node& node) {
+      line_ = key.Mark().line + 1;
+      if (!node.IsMap()) {
         fail((parent.empty() ? "" : parent + ".") + "<<", "not an alias of a map; expected one, or a list of them");
       }
-    }
+      maps.push_back(node);
+    });
     return maps;
   }
 
@@ -228,7 +232,7 @@ class DeckReader {
         }
       }
     } else if (const auto* section = table.find_section(key)) {
-      refuse_in_object(key, section->is_of_run);
+      refuse_in_object(key, section->rules.is_of_run());
       read_objects(key, node);
     } else if (!node.IsMap() && (in_petsc || table.is_solver_option(command_line_name(key)))) {
       refuse_in_object(key, in_petsc);
@@ -452,55 +456,42 @@ std::string original_of(const std::string& path) {
 
 namespace {
 
-/// Adds the names of the objects in a map of a deck, included ones too. DeckReader reports malformed maps, except that
-/// of the objects.
-void add_objects(const std::string& path, const YAML::Node& root, std::vector<std::string>& names) {
-  const auto merged = [](const YAML::Node& map) {
-    std::vector<YAML::Node> others;
-    for (const auto& entry : map) {
-      if (entry.first.IsScalar() && entry.first.Scalar() == "<<") {
-        if (entry.second.IsMap()) {
-          others.push_back(entry.second);
-        } else if (entry.second.IsSequence()) {
-          for (const YAML::Node& other : entry.second) {
-            others.push_back(other);
-          }
-        }
-      }
+[[noreturn]] void refuse_objects(const std::string& path, const YAML::Node& node, const std::string& problem) {
+  throw Error(path + ":" + std::to_string(node.Mark().line + 1) + ": " + objects_key + ": " + problem +
+              "; expected a map of named objects such as cloth: {mesh: {shape: square}}");
+}
+
+/// Adds the names in a map of objects, first those that are included from others.
+void add_names(const std::string& path, const YAML::Node& objects, std::vector<std::string>& names) {
+  for_each_merged(objects, [&](const YAML::Node&, const YAML::Node& other) {
+    if (other.IsMap()) {
+      add_names(path, other, names);
     }
-    return others;
-  };
-  for (const YAML::Node& other : merged(root)) {
+  });
+  for (const auto& entry : objects) {
+    const std::string name = entry.first.IsScalar() ? entry.first.Scalar() : "";
+    if (!is_merge(entry.first) && !is_word(name)) {
+      refuse_objects(path, entry.first, "\"" + name + "\" is no name, which has letters, digits and underscores");
+    }
+    if (!is_merge(entry.first) && std::find(names.begin(), names.end(), name) == names.end()) {
+      names.push_back(name);
+    }
+  }
+}
+
+/// Adds the names of the objects of a deck, included ones too. DeckReader reports malformed maps, except that of the
+/// objects.
+void add_objects(const std::string& path, const YAML::Node& root, std::vector<std::string>& names) {
+  for_each_merged(root, [&](const YAML::Node&, const YAML::Node& other) {
     if (other.IsMap()) {
       add_objects(path, other, names);
     }
-  }
-  const YAML::Node objects = root[objects_key];
-  if (!objects) {
-    return;
-  }
-  const auto fail = [&path](const YAML::Node& node, const std::string& problem) {
-    throw Error(path + ":" + std::to_string(node.Mark().line + 1) + ": " + objects_key + ": " + problem +
-                "; expected a map of named objects such as cloth: {mesh: {shape: square}}");
-  };
-  if (!objects.IsMap() || objects.size() == 0) {
-    fail(objects, "names no object");
-  }
-  std::vector<YAML::Node> maps = merged(objects);
-  maps.push_back(objects);
-  for (const YAML::Node& map : maps) {
-    for (const auto& entry : map.IsMap() ? map : YAML::Node(YAML::NodeType::Map)) {
-      const std::string name = entry.first.IsScalar() ? entry.first.Scalar() : "";
-      if (name == "<<") {
-        continue;
-      }
-      if (!is_word(name)) {
-        fail(entry.first, "\"" + name + "\" is no name, which has letters, digits and underscores");
-      }
-      if (std::find(names.begin(), names.end(), name) == names.end()) {
-        names.push_back(name);
-      }
+  });
+  if (const YAML::Node objects = root[objects_key]) {
+    if (!objects.IsMap() || objects.size() == 0) {
+      refuse_objects(path, objects, "names no object");
     }
+    add_names(path, objects, names);
   }
 }
 
@@ -572,12 +563,14 @@ std::vector<ChangedOption> changed_options(const std::string& before, const std:
 
 namespace {
 
-/// Writes the options that act and for which `is_wanted` holds.
+bool acts(const Option& option) { return option.idle_because() == nullptr; }
+
+/// Writes the options for which `is_wanted` holds.
 template <class IsWanted>
 void emit_options(YAML::Emitter& out, const OptionTable& table, const IsWanted& is_wanted) {
   std::vector<const Option*> options;
   for (const Option& option : table.options()) {
-    if (option.idle_because() == nullptr && is_wanted(option)) {
+    if (is_wanted(option)) {
       options.push_back(&option);
     }
   }
@@ -591,25 +584,19 @@ std::string written_deck(const ObjectTables& tables, const std::vector<PetscOpti
   out << YAML::BeginMap;
   if (tables.are_named()) {
     // An option of the run as a whole acts if it acts in one of the objects.
-    std::vector<const Option*> options;
-    for (const Option& option : tables.front().table->options()) {
-      const auto acts = [&option](const ObjectTable& object) {
-        return object.table->find_key(option.key())->idle_because() == nullptr;
-      };
-      if (option.is_of_run() && std::any_of(tables.begin(), tables.end(), acts)) {
-        options.push_back(&option);
-      }
-    }
-    emit_group(out, options, "");
+    emit_options(out, *tables.front().table, [&tables](const Option& option) {
+      const auto acts_in = [&option](const ObjectTable& object) { return acts(*object.table->find_key(option.key())); };
+      return option.is_of_run() && std::any_of(tables.begin(), tables.end(), acts_in);
+    });
     out << YAML::Key << objects_key << YAML::Value << YAML::BeginMap;
     for (const ObjectTable& object : tables) {
       out << YAML::Key << object.name << YAML::Value << YAML::BeginMap;
-      emit_options(out, *object.table, [](const Option& option) { return !option.is_of_run(); });
+      emit_options(out, *object.table, [](const Option& option) { return acts(option) && !option.is_of_run(); });
       out << YAML::EndMap;
     }
     out << YAML::EndMap;
   } else {
-    emit_options(out, *tables.front().table, [](const Option&) { return true; });
+    emit_options(out, *tables.front().table, acts);
   }
   if (!petsc.empty()) {
     out << YAML::Key << "petsc" << YAML::Value << YAML::BeginMap;

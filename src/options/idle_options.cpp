@@ -47,7 +47,7 @@ std::tuple<std::string, int, std::string> place(const Origin& origin) {
 
 void add_given(Given& given, const OptionTable& table) {
   for (const auto& section : table.object_sections()) {
-    const Condition* needs = first_unmet(section.conditions);
+    const Condition* needs = first_unmet(section.rules.conditions());
     for (const auto& object : section.objects) {
       if (needs == nullptr) {
         given.acting.insert(place(object.origin));
@@ -61,7 +61,7 @@ void add_given(Given& given, const OptionTable& table) {
     const auto& sections = table.object_sections();
     return std::any_of(sections.begin(), sections.end(), [&option](const auto& section) {
       return option.key().compare(0, section.key.size() + 1, section.key + ".") == 0 &&
-             first_unmet(section.conditions) != nullptr;
+             first_unmet(section.rules.conditions()) != nullptr;
     });
   };
   for (const Option& option : table.options()) {

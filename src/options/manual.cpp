@@ -110,15 +110,13 @@ const std::string markdown_head =
 const std::string objects =
     "A deck of one object has its options at the top. Of several, `objects: {cloth: {mesh: {...}, sheet: {...}}, "
     "lantern: {mesh: {...}, wall: {...}}}` names each and has what is its own, of the options that are of an "
-    "\"object\" "
-    "(in -help: all that are not \"of the run\"), also those of its solvers. What stands at the top is for all of "
-    "them, "
-    "and less than what stands in one. On the command line: -heat_capacity for all, -objects_cloth_heat_capacity for "
-    "one. One clock steps all: they accept a step together.";
+    "\"object\" (in -help: all that are not \"of the run\"), also those of its solvers. What stands at the top is for "
+    "all of them, and less than what stands in one. On the command line: -heat_capacity for all, "
+    "-objects_cloth_heat_capacity for one. One clock steps all: they accept a step together.";
 
 const std::string not_done =
-    "What the program does not do stands in docs/limits.md: flames, air that the sheet moves, folds that "
-    "stay, and others.";
+    "What the program does not do stands in docs/limits.md: flames, air that the sheet moves, folds that stay, and "
+    "others.";
 
 const std::string no_effect =
     "An option that is given but cannot act in the run, because what it needs is missing (in braces below; in the "
@@ -140,9 +138,9 @@ std::string help_text(const OptionTable& table) {
   text += wrapped(
       "A deck is a YAML file of options: the key heat.diffusivity is written heat: {diffusivity: 2 mm^2/s} in a deck "
       "and -heat_diffusivity \"2 mm^2/s\" on the command line. Numbers without a unit are SI. Of several decks the "
-      "later wins; the command line wins over all of them. Options below show their defaults. Lists are written "
-      "[1, 2, 3] in a deck and 1,2,3 on the command line, rows [[0, 1], [2, 3]] and \"0,1;2,3\". Any option of PETSc's "
-      "may be added on the command line or, in a deck, as petsc: {log_view: true}.",
+      "later wins; the command line wins over all of them. Options below show their defaults. Lists are written [1, 2, "
+      "3] in a deck and 1,2,3 on the command line, rows [[0, 1], [2, 3]] and \"0,1;2,3\". Any option of PETSc's may be "
+      "added on the command line or, in a deck, as petsc: {log_view: true}.",
       "");
   for (const std::string& paragraph : {objects, petsc_sources, no_effect, not_done}) {
     text += "\n" + wrapped(paragraph, "");
@@ -170,8 +168,7 @@ std::string help_text(const OptionTable& table) {
 std::string options_markdown(const OptionTable& table) {
   std::string text =
       "# Options\n\nWritten by `pellicle -options_table`. Defaults are in SI; a deck and the command line may give "
-      "units "
-      "(`0.3 mm`, `450 degC`).\n\n" +
+      "units (`0.3 mm`, `450 degC`).\n\n" +
       objects + "\n\n" + petsc_sources + "\n\n" + no_effect + "\n\n" + not_done + "\n";
   for (const Module& module : modules_of(table)) {
     text += "\n## " + module.name + "\n";

@@ -81,8 +81,22 @@ std::vector<std::string> number_words(const Numbers& numbers) {
   return words;
 }
 
+std::string word_of(bool flag) { return flag ? "true" : "false"; }
+std::string word_of(int number) { return std::to_string(number); }
+std::string word_of(double number) { return number_text(number); }
+std::string word_of(const std::string& text) { return text; }
+std::string word_of(const AnyChoice& choice) { return choice.name(); }
+std::string word_of(const std::optional<double>& number) { return number ? number_text(*number) : "none"; }
+
 /// If an option has more choices, its help says what they are.
 constexpr std::size_t most_listed_choices = 20;
+
+/// The first of some items for which `is` holds; null: none.
+template <class Items, class Is>
+auto* first_that(Items& items, const Is& is) {
+  const auto found = std::find_if(items.begin(), items.end(), is);
+  return found == items.end() ? nullptr : &*found;
+}
 
 template <class T>
 inline constexpr bool is_list = std::is_same_v<T, Eigen::Vector3d> || std::is_same_v<T, std::vector<double>> ||
@@ -90,9 +104,44 @@ inline constexpr bool is_list = std::is_same_v<T, Eigen::Vector3d> || std::is_sa
 
 }  // namespace
 
-Option::Option(std::string key, Variable variable)
-    : key_(std::move(key)), name_(command_line_name(key_)), variable_(variable) {
-  if (std::holds_alternative<Eigen::Vector3d*>(variable_)) {
+void AnyChoice::set(const std::string& name) {
+  const auto found = std::find(names_->begin(), names_->end(), name);
+  if (found == names_->end()) {
+    throw Error("\"" + name + "\" is not a choice, the nearest is " + nearest(name, *names_));
+  }
+  index_ = static_cast<std::size_t>(found - names_->begin());
+}
+
+Rules& Rules::unit(std::string text) {
+  unit_ = std::move(text);
+  units_ = split(unit_, ',');
+  for (const std::string& column : units_) {
+    const Unit parsed = parse_unit(column);
+    if (parsed.factor != 1 || parsed.offset != 0) {
+      throw std::logic_error("unit " + column + " of an option is not SI");
+    }
+  }
+  if (units_.size() > 1) {
+    length_ = units_.size();
+  }
+  return *this;
+}
+
+Rules& Rules::acts_with(Condition condition) {
+  conditions_.push_back(std::move(condition));
+  return *this;
+}
+
+Rules& Rules::under(const Rules& outer) {
+  conditions_.insert(conditions_.begin(), outer.conditions_.begin(), outer.conditions_.end());
+  is_solver_setting_ = is_solver_setting_ || outer.is_solver_setting_;
+  is_of_run_ = is_of_run_ || outer.is_of_run_;
+  return *this;
+}
+
+Option::Option(std::string key, Variable variable, Rules rules)
+    : Rules(std::move(rules)), key_(std::move(key)), name_(command_line_name(key_)), variable_(variable) {
+  if (holds<Eigen::Vector3d>()) {
     length_ = 3;
   }
   if (const auto* choice = std::get_if<AnyChoice*>(&variable_)) {
@@ -106,111 +155,18 @@ Option::Option(std::string key, Variable variable)
   default_text_ = join(rows, "; ");
 }
 
-Option& Option::unit(std::string text) {
-  unit_ = std::move(text);
-  units_ = split(unit_, ',');
-  for (const std::string& column : units_) {
-    const Unit parsed = parse_unit(column);
-    if (parsed.factor != 1 || parsed.offset != 0) {
-      throw std::logic_error("option " + key_ + ": unit " + column + " is not SI");
-    }
-  }
-  if (units_.size() > 1) {
-    length_ = units_.size();
-  }
-  return *this;
-}
-
-Option& Option::range(double lowest, double highest) {
-  lowest_ = lowest;
-  highest_ = highest;
-  return *this;
-}
-
-Option& Option::at_least(double lowest) {
-  lowest_ = lowest;
-  return *this;
-}
-
-Option& Option::at_most(double highest) {
-  highest_ = highest;
-  return *this;
-}
-
-Option& Option::more_than(double bound) {
-  above_ = bound;
-  return *this;
-}
-
-Option& Option::less_than(double bound) {
-  below_ = bound;
-  return *this;
-}
-
-Option& Option::choices(std::vector<std::string> names) {
-  choices_ = std::move(names);
-  return *this;
-}
-
-Option& Option::length(int count) {
-  length_ = static_cast<std::size_t>(count);
-  return *this;
-}
-
-Option& Option::acts_with(Condition condition) {
-  conditions_.push_back(std::move(condition));
-  return *this;
-}
-
-Option& Option::solver_setting() {
-  is_solver_setting_ = true;
-  return *this;
-}
-
-Option& Option::of_run() {
-  is_of_run_ = true;
-  return *this;
-}
-
 const Condition* Option::idle_because() const { return first_unmet(conditions_); }
 
 bool Option::is_blank() const {
   const WrittenValue now = value();
-  const bool is_optional = std::holds_alternative<std::optional<double>*>(variable_);
   return now.rows.empty() || now.rows.front().empty() || now.rows.front().front().empty() ||
-         (is_optional && now.rows.front().front() == "none");
-}
-
-Option& Option::file() {
-  is_file_ = true;
-  return *this;
-}
-
-Option& Option::not_read_again() {
-  is_read_again_ = false;
-  return *this;
-}
-
-Option& Option::needs_value(std::string expected) {
-  expected_text_ = std::move(expected);
-  return *this;
-}
-
-Option& Option::help(std::string text) {
-  help_ = std::move(text);
-  return *this;
-}
-
-Option& Option::source(std::string text) {
-  source_ = std::move(text);
-  return *this;
+         (holds<std::optional<double>>() && now.rows.front().front() == "none");
 }
 
 std::string Option::range_text() const {
   std::vector<std::string> parts;
   if (length_) {
-    parts.push_back(std::to_string(*length_) +
-                    (std::holds_alternative<Rows*>(variable_) ? " numbers a row" : " numbers"));
+    parts.push_back(std::to_string(*length_) + (holds<Rows>() ? " numbers a row" : " numbers"));
   }
   if (!choices_.empty() && choices_.size() <= most_listed_choices) {
     parts.push_back(join(choices_, ", "));
@@ -221,9 +177,7 @@ std::string Option::range_text() const {
   return join(parts, "; ");
 }
 
-bool Option::has_key_points() const {
-  return std::holds_alternative<Rows*>(variable_) && units_.size() > 1 && units_.front() == "s";
-}
+bool Option::has_key_points() const { return holds<Rows>() && units_.size() > 1 && units_.front() == "s"; }
 
 std::string Option::limits(const std::string& unit) const {
   std::vector<std::string> parts;
@@ -246,66 +200,47 @@ std::string Option::limits(const std::string& unit) const {
 
 std::string Option::expected() const {
   std::string element = needs_value() ? expected_text_ : "text";
-  const bool flag = is_flag();
-  const bool integers = std::holds_alternative<int*>(variable_) || std::holds_alternative<std::vector<int>*>(variable_);
-  const bool texts =
-      std::holds_alternative<std::string*>(variable_) || std::holds_alternative<std::vector<std::string>*>(variable_);
-  const bool rows = std::holds_alternative<Rows*>(variable_);
   if (!choices_.empty()) {
     element = "one of " + join(choices_, ", ");
-  } else if (flag) {
+  } else if (is_flag()) {
     element = "true or false";
-  } else if (integers) {
+  } else if (holds<int, std::vector<int>>()) {
     element = "an integer";
-  } else if (!texts) {
+  } else if (!holds<std::string, std::vector<std::string>>()) {
     element = units_.size() > 1 ? "numbers in " + unit_ : example_of(unit_);
   }
   const std::string allowed = limits(unit_ == "1" || units_.size() > 1 ? "" : " " + unit_);
   if (!allowed.empty()) {
     element += (has_key_points() ? ", behind the time " : ", ") + allowed;
   }
-  if (std::holds_alternative<std::optional<double>*>(variable_)) {
+  if (holds<std::optional<double>>()) {
     return "none or " + element;
   }
   const std::string count = length_ ? " of " + std::to_string(*length_) : "";
-  if (rows) {
+  if (holds<Rows>()) {
     return "a list of rows" + count + (length_ ? "" : " of equal length") + ", " + element;
   }
-  const bool scalar = flag || std::holds_alternative<int*>(variable_) || std::holds_alternative<double*>(variable_) ||
-                      std::holds_alternative<std::string*>(variable_) || std::holds_alternative<AnyChoice*>(variable_);
-  return scalar ? element : "a list" + count + ", each " + element;
+  return holds<bool, int, double, std::string, AnyChoice>() ? element : "a list" + count + ", each " + element;
 }
 
 WrittenValue Option::value() const {
   return std::visit(
-      [](auto* variable) {
-        using T = std::remove_pointer_t<decltype(variable)>;
-        WrittenValue written;
-        if constexpr (std::is_same_v<T, bool>) {
-          written.rows = {{*variable ? "true" : "false"}};
-        } else if constexpr (std::is_same_v<T, int>) {
-          written.rows = {{std::to_string(*variable)}};
-        } else if constexpr (std::is_same_v<T, double>) {
-          written.rows = {{number_text(*variable)}};
-        } else if constexpr (std::is_same_v<T, std::string>) {
-          written.rows = {{*variable}};
-        } else if constexpr (std::is_same_v<T, AnyChoice>) {
-          written.rows = {{variable->name()}};
-        } else if constexpr (std::is_same_v<T, std::optional<double>>) {
-          written.rows = {{*variable ? number_text(**variable) : "none"}};
-        } else if constexpr (std::is_same_v<T, Rows>) {
-          written.kind = WrittenValue::Kind::rows;
+      [](const auto* variable) -> WrittenValue {
+        using T = std::remove_const_t<std::remove_pointer_t<decltype(variable)>>;
+        using Kind = WrittenValue::Kind;
+        if constexpr (std::is_same_v<T, Rows>) {
+          WrittenValue written{Kind::rows, {}};
           for (const auto& row : *variable) {
             written.rows.push_back(number_words(row));
           }
+          return written;
         } else if constexpr (std::is_same_v<T, std::vector<std::string>>) {
-          written.kind = WrittenValue::Kind::list;
-          written.rows = {*variable};
+          return {Kind::list, {*variable}};
+        } else if constexpr (is_list<T>) {
+          return {Kind::list, {number_words(*variable)}};
         } else {
-          written.kind = WrittenValue::Kind::list;
-          written.rows = {number_words(*variable)};
+          return {Kind::scalar, {{word_of(*variable)}}};
         }
-        return written;
       },
       variable_);
 }
@@ -324,21 +259,18 @@ WrittenValue Option::value_with_unit() const {
 
 WrittenValue Option::from_command_line(const std::string& text) const {
   return std::visit(
-      [&](auto* variable) {
+      [&](auto* variable) -> WrittenValue {
         using T = std::remove_pointer_t<decltype(variable)>;
-        WrittenValue written;
         if constexpr (std::is_same_v<T, Rows>) {
-          written.kind = WrittenValue::Kind::rows;
+          WrittenValue written{WrittenValue::Kind::rows, {}};
           for (const std::string& row : split(text, ';')) {
             written.rows.push_back(split(row, ','));
           }
-        } else if constexpr (is_list<T>) {
-          written.kind = WrittenValue::Kind::list;
-          written.rows = {split(text, ',')};
+          return written;
         } else {
-          written.rows = {{text}};
+          return is_list<T> ? WrittenValue{WrittenValue::Kind::list, {split(text, ',')}}
+                            : WrittenValue{WrittenValue::Kind::scalar, {{text}}};
         }
-        return written;
       },
       variable_);
 }
@@ -365,6 +297,16 @@ void Option::assign(const WrittenValue& written) {
       }
     }
   }
+  const auto read = [this](auto& value, const std::string& word, std::size_t column = 0) {
+    using T = std::remove_reference_t<decltype(value)>;
+    if constexpr (std::is_same_v<T, int>) {
+      value = integer(word);
+    } else if constexpr (std::is_same_v<T, std::string>) {
+      value = chosen(word);
+    } else {
+      value = number(word, column_unit(column));
+    }
+  };
   std::visit(
       [&](auto* variable) {
         using T = std::remove_pointer_t<decltype(variable)>;
@@ -402,15 +344,7 @@ void Option::assign(const WrittenValue& written) {
             values.resize(words.size());
           }
           for (std::size_t i = 0; i < words.size(); ++i) {
-            if constexpr (std::is_same_v<T, std::vector<int>>) {
-              values[i] = integer(words[i]);
-            } else if constexpr (std::is_same_v<T, std::vector<std::string>>) {
-              values[i] = chosen(words[i]);
-            } else if constexpr (std::is_same_v<T, std::vector<double>>) {
-              values[i] = number(words[i], column_unit(i));
-            } else {
-              values[static_cast<Eigen::Index>(i)] = number(words[i], column_unit(i));
-            }
+            read(values[i], words[i], i);
           }
           *variable = values;
         } else {
@@ -424,18 +358,12 @@ void Option::assign(const WrittenValue& written) {
               refuse("\"" + word + "\"");
             }
             *variable = yes.count(word) > 0;
-          } else if constexpr (std::is_same_v<T, int>) {
-            *variable = integer(word);
-          } else if constexpr (std::is_same_v<T, std::string>) {
-            *variable = chosen(word);
           } else if constexpr (std::is_same_v<T, AnyChoice>) {
             variable->set(chosen(word));
-          } else if constexpr (std::is_same_v<T, double>) {
-            *variable = number(word, unit_);
-          } else if (word == "none") {
-            *variable = std::nullopt;
+          } else if (std::is_same_v<T, std::optional<double>> && word == "none") {
+            *variable = T();
           } else {
-            *variable = number(word, unit_);
+            read(*variable, word);
           }
         }
       },
@@ -498,8 +426,8 @@ const std::string& Option::column_unit(std::size_t column) const {
   return units_.size() > 1 ? units_[column] : units_.front();
 }
 
-Option& OptionTable::add(const std::string& key, Option::Variable variable) {
-  Option option(base_ + key, variable);
+Option& OptionTable::add(const std::string& key, Option::Variable variable, Rules rules) {
+  Option option(base_ + key, variable, std::move(rules.under(common_)));
   const auto same = [&](const Option& other) { return other.name() == option.name(); };
   const auto below = [&](const Option& other) {
     return starts_with(other.key(), option.key() + ".") || starts_with(option.key(), other.key() + ".");
@@ -511,34 +439,13 @@ Option& OptionTable::add(const std::string& key, Option::Variable variable) {
       std::any_of(target_->begin(), target_->end(), below)) {
     throw std::logic_error("option " + option.key() + " is declared twice, or is a group as well");
   }
-  for (const Condition& condition : conditions_) {
-    option.acts_with(condition);
-  }
-  if (adds_solver_settings_) {
-    option.solver_setting();
-  }
-  if (adds_of_run_) {
-    option.of_run();
-  }
   return target_->emplace_back(std::move(option));
 }
 
-void OptionTable::add_under(const Condition& condition, const std::function<void()>& declare) {
-  conditions_.push_back(condition);
+void OptionTable::add_with(Rules rules, const std::function<void()>& declare) {
+  const Rules outer = std::exchange(common_, rules.under(common_));
   declare();
-  conditions_.pop_back();
-}
-
-void OptionTable::add_solver_settings(const std::function<void()>& declare) {
-  adds_solver_settings_ = true;
-  declare();
-  adds_solver_settings_ = false;
-}
-
-void OptionTable::add_of_run(const std::function<void()>& declare) {
-  adds_of_run_ = true;
-  declare();
-  adds_of_run_ = false;
+  common_ = outer;
 }
 
 void OptionTable::add_object_section(const std::string& section, std::string help,
@@ -548,8 +455,7 @@ void OptionTable::add_object_section(const std::string& section, std::string hel
   added.name = command_line_name(section);
   added.help = std::move(help);
   added.describe = std::move(describe);
-  added.conditions = conditions_;
-  added.is_of_run = adds_of_run_;
+  added.rules = common_;
   base_ = section + ".NAME.";
   target_ = &added.prototype;
   added.describe(*this, "");
@@ -558,29 +464,23 @@ void OptionTable::add_object_section(const std::string& section, std::string hel
 }
 
 void OptionTable::add_solver_prefix(std::string prefix, std::vector<std::string> variants) {
-  solver_prefixes_.push_back({std::move(prefix), std::move(variants), conditions_});
+  solver_prefixes_.push_back({std::move(prefix), std::move(variants), common_.conditions()});
 }
 
 Option* OptionTable::find_key(const std::string& key) {
-  const auto found =
-      std::find_if(options_.begin(), options_.end(), [&](const Option& option) { return option.key() == key; });
-  return found == options_.end() ? nullptr : &*found;
+  return first_that(options_, [&](const Option& option) { return option.key() == key; });
 }
 
 const Option* OptionTable::find_name(const std::string& name) const {
-  const auto found =
-      std::find_if(options_.begin(), options_.end(), [&](const Option& option) { return option.name() == name; });
-  return found == options_.end() ? nullptr : &*found;
+  return first_that(options_, [&](const Option& option) { return option.name() == name; });
 }
 
 Option* OptionTable::find_name(const std::string& name) {
-  return const_cast<Option*>(static_cast<const OptionTable&>(*this).find_name(name));
+  return first_that(options_, [&](const Option& option) { return option.name() == name; });
 }
 
 const OptionTable::ObjectSection* OptionTable::find_section(const std::string& key) const {
-  const auto found = std::find_if(sections_.begin(), sections_.end(),
-                                  [&](const ObjectSection& section) { return section.key == key; });
-  return found == sections_.end() ? nullptr : &*found;
+  return first_that(sections_, [&](const ObjectSection& section) { return section.key == key; });
 }
 
 const Option* OptionTable::find_prototype(const std::string& name) const {
@@ -596,15 +496,28 @@ const Option* OptionTable::find_prototype(const std::string& name) const {
   return nullptr;
 }
 
+namespace {
+
+/// The beginnings of the names of PETSc's options below a solver prefix.
+std::vector<std::string> starts_of(const SolverPrefix& solver) {
+  std::vector<std::string> starts{solver.prefix};
+  for (const std::string& variant : solver.variants) {
+    starts.push_back(solver.prefix + variant);
+  }
+  return starts;
+}
+
+bool names_solver_option(const std::string& name, const std::string& start) {
+  return starts_with(name, start) && is_solver_word(name.substr(start.size()));
+}
+
+}  // namespace
+
 bool OptionTable::is_group(const std::string& key) const {
   const std::string name = command_line_name(key) + "_";
   for (const SolverPrefix& solver : solver_prefixes_) {
-    std::vector<std::string> starts{solver.prefix};
-    for (const std::string& variant : solver.variants) {
-      starts.push_back(solver.prefix + variant);
-    }
-    for (const std::string& start : starts) {
-      if (starts_with(start, name) || (starts_with(name, start) && is_solver_word(name.substr(start.size())))) {
+    for (const std::string& start : starts_of(solver)) {
+      if (starts_with(start, name) || names_solver_option(name, start)) {
         return true;
       }
     }
@@ -648,17 +561,14 @@ void OptionTable::note_acting() {
   }
   for (ObjectSection& section : sections_) {
     for (Object& object : section.objects) {
-      object.has_acted = object.has_acted || first_unmet(section.conditions) == nullptr;
+      object.has_acted = object.has_acted || first_unmet(section.rules.conditions()) == nullptr;
     }
   }
 }
 
 void OptionTable::create_object(const std::string& section, const std::string& object, const Origin& origin) {
-  const auto found =
-      std::find_if(sections_.begin(), sections_.end(), [&](const ObjectSection& s) { return s.key == section; });
-  const auto known = std::find_if(found->objects.begin(), found->objects.end(),
-                                  [&](const Object& other) { return other.name == object; });
-  if (known != found->objects.end()) {
+  ObjectSection* found = first_that(sections_, [&](const ObjectSection& s) { return s.key == section; });
+  if (Object* known = first_that(found->objects, [&](const Object& other) { return other.name == object; })) {
     *known = {object, origin};
     return;
   }
@@ -674,24 +584,14 @@ void OptionTable::create_object(const std::string& section, const std::string& o
   }
   found->objects.push_back({object, origin});
   base_ = section + "." + object + ".";
-  conditions_ = found->conditions;
-  adds_of_run_ = found->is_of_run;
-  found->describe(*this, object);
-  adds_of_run_ = false;
-  conditions_.clear();
+  add_with(found->rules, [&] { found->describe(*this, object); });
   base_.clear();
 }
 
 const SolverPrefix* OptionTable::solver_of(const std::string& name) const {
   for (const SolverPrefix& solver : solver_prefixes_) {
-    if (starts_with(name, solver.prefix)) {
-      const std::string rest = name.substr(solver.prefix.size());
-      for (const std::string& variant : solver.variants) {
-        if (starts_with(rest, variant) && is_solver_word(rest.substr(variant.size()))) {
-          return &solver;
-        }
-      }
-      if (is_solver_word(rest)) {
+    for (const std::string& start : starts_of(solver)) {
+      if (names_solver_option(name, start)) {
         return &solver;
       }
     }
@@ -702,7 +602,7 @@ const SolverPrefix* OptionTable::solver_of(const std::string& name) const {
 std::vector<std::string> OptionTable::variant_names(const std::string& name) const {
   std::vector<std::string> names;
   for (const SolverPrefix& solver : solver_prefixes_) {
-    if (starts_with(name, solver.prefix) && is_solver_word(name.substr(solver.prefix.size()))) {
+    if (names_solver_option(name, solver.prefix)) {
       for (const std::string& variant : solver.variants) {
         names.push_back(solver.prefix + variant + name.substr(solver.prefix.size()));
       }
@@ -765,9 +665,7 @@ Condition one_of_names(const std::string& key, const AnyChoice& variable, std::v
 }
 
 const Condition* first_unmet(const std::vector<Condition>& conditions) {
-  const auto unmet =
-      std::find_if(conditions.begin(), conditions.end(), [](const Condition& condition) { return !condition.holds(); });
-  return unmet == conditions.end() ? nullptr : &*unmet;
+  return first_that(conditions, [](const Condition& condition) { return !condition.holds(); });
 }
 
 void OptionTable::check_exclusions() const {

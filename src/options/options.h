@@ -56,69 +56,120 @@ Condition one_of(const std::string& key, const Choice<E>& variable, const std::v
   }
   return one_of_names(key, variable, std::move(names));
 }
+/// The condition that the option `key` is given: the text, the list or the optional number in `variable` is not empty.
+template <class T>
+Condition is_given(const std::string& key, const T& variable) {
+  return {key, [&variable] { return !variable.empty(); }};
+}
+template <class T>
+Condition is_given(const std::string& key, const std::optional<T>& variable) {
+  return {key, [&variable] { return variable.has_value(); }};
+}
+/// The condition that the number `variable` of the option `key` is more than 0.
+template <class Number>
+Condition is_positive(const std::string& key, const Number& variable) {
+  return {key + ": more than 0", [&variable] { return variable > 0; }};
+}
 
-/// A declared option, for the deck reader, the command line, `-help` and the manual. The default is the value of the
-/// variable at the declaration.
-class Option {
+/// What a declaration says of an option besides its name: unit and allowed values, conditions for its effect, meaning.
+/// `Rules("m").more_than(0)` are those of a length.
+class Rules {
  public:
-  using Variable = std::variant<bool*, int*, double*, std::string*, std::optional<double>*, Eigen::Vector3d*,
-                                std::vector<double>*, std::vector<int>*, std::vector<std::string>*, Rows*, AnyChoice*>;
-
-  Option(std::string key, Variable variable);
+  Rules() = default;
+  /// @param unit as `unit` takes it
+  explicit Rules(std::string unit) { this->unit(std::move(unit)); }
 
   /// SI unit of the stored value, such as "m" or "1/(K s)"; by default "1", a pure number. For Rows: one unit a column,
   /// separated by commas. @throws std::logic_error if it is not an SI unit.
-  Option& unit(std::string text);
+  Rules& unit(std::string text);
   /// Allowed values of every number, both ends included; for key points, Rows that begin with a time, of the numbers
   /// after the time.
-  Option& range(double lowest, double highest);
-  Option& at_least(double lowest);
-  Option& at_most(double highest);
+  Rules& range(double lowest, double highest) { return at_least(lowest).at_most(highest); }
+  Rules& at_least(double lowest) { return set(lowest_, lowest); }
+  Rules& at_most(double highest) { return set(highest_, highest); }
   /// Like at_least and at_most, without the bound itself.
-  Option& more_than(double bound);
-  Option& less_than(double bound);
+  Rules& more_than(double bound) { return set(above_, bound); }
+  Rules& less_than(double bound) { return set(below_, bound); }
   /// The names that a string option takes; a Choice brings its own.
-  Option& choices(std::vector<std::string> names);
+  Rules& choices(std::vector<std::string> names) { return set(choices_, std::move(names)); }
   /// Number of entries of a list (for Rows: of a row); any number by default.
-  Option& length(int count);
+  Rules& length(int count) { return set(length_, static_cast<std::size_t>(count)); }
   /// Marks the value as the name of a file: a relative path in a deck starts at the deck's folder, on the command line
   /// at the present one; the variable gets an absolute path.
-  Option& file();
+  Rules& file() { return set(is_file_, true); }
   /// Marks a file that a run does not read again when it continues from a checkpoint: its content may have changed.
-  Option& not_read_again();
+  Rules& not_read_again() { return set(is_read_again_, false); }
   /// Refuses an empty value on the command line; in a deck, such as one written by a run, it means that nothing is
   /// given. @param expected description of the value
-  Option& needs_value(std::string expected);
-  Option& help(std::string text);
+  Rules& needs_value(std::string expected) { return set(expected_text_, std::move(expected)); }
+  Rules& help(std::string text) { return set(help_, std::move(text)); }
   /// Adds a condition for an effect of the option, which is checked after all options have been read. All conditions
   /// must hold.
-  Option& acts_with(Condition condition);
+  Rules& acts_with(Condition condition);
+  /// Adds what the rules of a group of options say of their effect, the conditions before the option's own.
+  Rules& under(const Rules& outer);
   /// Marks an option of a solver, not of the problem: a deck laid over a scene may set it for a chain that the run does
   /// not have.
-  Option& solver_setting();
+  Rules& solver_setting() { return set(is_solver_setting_, true); }
   /// Marks an option of the run as a whole: in a deck with `objects` it stands at the top, and in none of them.
-  Option& of_run();
+  Rules& of_run() { return set(is_of_run_, true); }
   /// Paper and equation, or the source of the default.
-  Option& source(std::string text);
+  Rules& source(std::string text) { return set(source_, std::move(text)); }
 
-  /// "heat.diffusivity"
-  const std::string& key() const { return key_; }
-  /// "heat_diffusivity": the name on the command line, without the dash.
-  const std::string& name() const { return name_; }
   const std::string& unit() const { return unit_; }
   const std::string& help() const { return help_; }
   const std::string& source() const { return source_; }
-  /// The value at declaration, in SI without its unit.
-  const std::string& default_text() const { return default_text_; }
-  /// "0 to 1", "at least 0", "3 numbers", the choices unless they are many; empty if all values are allowed.
-  std::string range_text() const;
-  bool is_flag() const { return std::holds_alternative<bool*>(variable_); }
   bool is_solver_setting() const { return is_solver_setting_; }
   bool is_of_run() const { return is_of_run_; }
   /// Whether the value names a file that a run reads again when it continues from a checkpoint.
   bool is_read_again() const { return is_file_ && is_read_again_; }
   bool needs_value() const { return !expected_text_.empty(); }
   const std::vector<Condition>& conditions() const { return conditions_; }
+
+ protected:
+  std::string unit_ = "1";
+  std::vector<std::string> units_{"1"};  ///< of each column; a single entry is for all
+  std::optional<double> lowest_;
+  std::optional<double> highest_;
+  std::optional<double> above_;  ///< itself not allowed
+  std::optional<double> below_;  ///< itself not allowed
+  std::vector<std::string> choices_;
+  std::optional<std::size_t> length_;
+  bool is_file_ = false;
+  bool is_read_again_ = true;
+  std::string expected_text_;  ///< given to needs_value
+  bool is_solver_setting_ = false;
+  bool is_of_run_ = false;
+  std::vector<Condition> conditions_;
+  std::string help_;
+  std::string source_;
+
+ private:
+  template <class Member, class Value>
+  Rules& set(Member& member, Value&& value) {
+    member = std::forward<Value>(value);
+    return *this;
+  }
+};
+
+/// A declared option, for the deck reader, the command line, `-help` and the manual. The default is the value of the
+/// variable at the declaration.
+class Option : public Rules {
+ public:
+  using Variable = std::variant<bool*, int*, double*, std::string*, std::optional<double>*, Eigen::Vector3d*,
+                                std::vector<double>*, std::vector<int>*, std::vector<std::string>*, Rows*, AnyChoice*>;
+
+  Option(std::string key, Variable variable, Rules rules);
+
+  /// "heat.diffusivity"
+  const std::string& key() const { return key_; }
+  /// "heat_diffusivity": the name on the command line, without the dash.
+  const std::string& name() const { return name_; }
+  /// The value at declaration, in SI without its unit.
+  const std::string& default_text() const { return default_text_; }
+  /// "0 to 1", "at least 0", "3 numbers", the choices unless they are many; empty if all values are allowed.
+  std::string range_text() const;
+  bool is_flag() const { return holds<bool>(); }
   /// The first condition of the option that does not hold; null: it acts.
   const Condition* idle_because() const;
   /// Whether the value means that nothing is given: an empty text or list, or none.
@@ -150,6 +201,11 @@ class Option {
   std::string expected() const;
 
  private:
+  /// Whether the variable is of one of some types.
+  template <class... Types>
+  bool holds() const {
+    return (std::holds_alternative<Types*>(variable_) || ...);
+  }
   double number(const std::string& word, const std::string& unit, bool has_range = true) const;
   int integer(const std::string& word) const;
   std::string chosen(const std::string& word) const;
@@ -163,24 +219,8 @@ class Option {
   std::string key_;
   std::string name_;
   Variable variable_;
-  std::string unit_ = "1";
-  std::vector<std::string> units_{"1"};  ///< of each column; a single entry is for all
-  std::optional<double> lowest_;
-  std::optional<double> highest_;
-  std::optional<double> above_;  ///< itself not allowed
-  std::optional<double> below_;  ///< itself not allowed
-  std::vector<std::string> choices_;
-  std::optional<std::size_t> length_;
-  bool is_file_ = false;
-  bool is_read_again_ = true;
-  std::string expected_text_;  ///< given to needs_value
-  bool is_solver_setting_ = false;
-  bool is_of_run_ = false;
   bool has_acted_ = false;
-  std::vector<Condition> conditions_;
   std::optional<Origin> origin_;
-  std::string help_;
-  std::string source_;
   std::string default_text_;
 };
 
@@ -215,8 +255,7 @@ class OptionTable {
     std::string help;
     std::deque<Option> prototype;  ///< options of an object, with keys such as "bodies.NAME.radius"
     std::vector<Object> objects;   ///< in the order of their creation
-    std::vector<Condition> conditions;
-    bool is_of_run = false;                                                 ///< as Option::of_run
+    Rules rules;                   ///< of all their options: conditions, and whether they are of the run
     std::function<void(OptionTable&, const std::string& object)> describe;  ///< "" is the prototype
   };
 
@@ -226,10 +265,19 @@ class OptionTable {
 
   /// Declares an option stored in `variable`, which must outlive the table. Top-level keys have no dot ("dynamics").
   /// @throws std::logic_error if the key, or its name on the command line, is in use.
-  Option& add(const std::string& key, Option::Variable variable);
+  Option& add(const std::string& key, Option::Variable variable, Rules rules = {});
   template <class T>
   Option& add(const std::string& key, T& variable) {
     return add(key, Option::Variable(&variable));
+  }
+  /// Declares an option as a row of the manual's table has it.
+  template <class T>
+  void add(const std::string& key, T& variable, Rules rules, std::string help, std::string source = "") {
+    add(key, Option::Variable(&variable), rules.help(std::move(help)).source(std::move(source)));
+  }
+  template <class T>
+  void add(const std::string& key, T& variable, std::string help, std::string source = "") {
+    add(key, variable, Rules(), std::move(help), std::move(source));
   }
 
   /// Declares named objects: `bodies: {ball: {radius: 0.2 m}}`, `-bodies_ball_radius 0.2`. The keys that
@@ -251,12 +299,13 @@ class OptionTable {
 
   /// Declares the options, objects and solver prefixes that `declare` adds under a condition for their effect. May be
   /// nested.
-  void add_under(const Condition& condition, const std::function<void()>& declare);
-  /// Declares options that are all solver settings (Option::solver_setting).
-  void add_solver_settings(const std::function<void()>& declare);
-
-  /// Declares options and named objects that all belong to the run as a whole (Option::of_run).
-  void add_of_run(const std::function<void()>& declare);
+  void add_under(const Condition& condition, const std::function<void()>& declare) {
+    add_with(Rules().acts_with(condition), declare);
+  }
+  /// Declares options that are all solver settings (Rules::solver_setting).
+  void add_solver_settings(const std::function<void()>& declare) { add_with(Rules().solver_setting(), declare); }
+  /// Declares options and named objects that all belong to the run as a whole (Rules::of_run).
+  void add_of_run(const std::function<void()>& declare) { add_with(Rules().of_run(), declare); }
   /// Sets a function that derives options from others after each deck has been read, where the deck leaves some out.
   void follow_decks(std::function<void()> follow) { follow_decks_ = std::move(follow); }
 
@@ -316,6 +365,8 @@ class OptionTable {
   std::optional<std::string> meant_name(const std::string& name) const;
 
  private:
+  /// Declares options that are all under the same rules.
+  void add_with(Rules rules, const std::function<void()>& declare);
   void add_object_section(const std::string& section, std::string help,
                           std::function<void(OptionTable&, const std::string& object)> describe);
 
@@ -324,9 +375,7 @@ class OptionTable {
   std::vector<SolverPrefix> solver_prefixes_;
   std::string base_;                        ///< "bodies.ball." while an object is described
   std::deque<Option>* target_ = &options_;  ///< to which `add` adds options
-  std::vector<Condition> conditions_;       ///< of the options being added
-  bool adds_solver_settings_ = false;
-  bool adds_of_run_ = false;
+  Rules common_;                            ///< of the options being added
   std::function<void()> follow_decks_ = [] {};
   std::vector<Exclusion> exclusions_;
 };

@@ -7,17 +7,11 @@
 #include "options/choice.h"
 
 namespace pellicle {
-inline namespace options {
-class OptionTable;
-}  // namespace options
 inline namespace prism {
 
 /// Tangent of the elements. exact: from the metric; gradient: from F, director varied; paper: director left out.
 enum class ElementTangent { exact, gradient, paper };
-inline const std::vector<std::string>& names_of(ElementTangent) {
-  static const std::vector<std::string> names{"exact", "gradient", "paper"};
-  return names;
-}
+inline std::vector<std::string> names_of(ElementTangent) { return {"exact", "gradient", "paper"}; }
 
 /// The implicit step of a balloon (balloon paper, sections 4 and 6); solver options of PETSc have the prefix `prism_`.
 struct PrismOptions : NewtonOptions {

@@ -10,14 +10,11 @@
 #include "prism/material.h"
 
 namespace pellicle {
-inline namespace options {
-class OptionTable;
-}  // namespace options
 inline namespace prism {
 
 /// Law of the material of a part of the wall: the wall's, or 1 and the number of a law.
 enum class RegionLaw : int { wall };
-const std::vector<std::string>& names_of(RegionLaw);
+std::vector<std::string> names_of(RegionLaw);
 Material::Law law_of(RegionLaw law, Material::Law of_wall);
 
 /// A material as a deck gives it; `Number` is double, or std::optional<double> where values may be left out.
@@ -48,25 +45,18 @@ struct RegionOptions {
 
 /// Rule for the wall's thickness (`prism.thickness`).
 enum class WallThickness { global_volume, incompressible, plane_stress, fixed };
-inline const std::vector<std::string>& names_of(WallThickness) {
-  static const std::vector<std::string> names{"global", "incompressible", "plane_stress", "fixed"};
-  return names;
+inline std::vector<std::string> names_of(WallThickness) {
+  return {"global", "incompressible", "plane_stress", "fixed"};
 }
 
 /// none: the wall bears compression, and wrinkles of the size of elements; tension_field: relaxed as in metric_energy.
 enum class Wrinkling { none, tension_field };
-inline const std::vector<std::string>& names_of(Wrinkling) {
-  static const std::vector<std::string> names{"none", "tension_field"};
-  return names;
-}
+inline std::vector<std::string> names_of(Wrinkling) { return {"none", "tension_field"}; }
 
 /// Bending resistance of the wall (`wall.bending`). by_wrinkling: plate, but none with tension_field, whose wrinkles
 /// have no definite width.
 enum class BendingModel { by_wrinkling, plate, none };
-inline const std::vector<std::string>& names_of(BendingModel) {
-  static const std::vector<std::string> names{"by_wrinkling", "plate", "none"};
-  return names;
-}
+inline std::vector<std::string> names_of(BendingModel) { return {"by_wrinkling", "plate", "none"}; }
 
 /// Material, thickness and bending of a balloon's wall.
 struct WallOptions {

@@ -9,41 +9,26 @@
 #include "surface/sheet.h"
 
 namespace pellicle {
-inline namespace options {
-class OptionTable;
-}  // namespace options
 inline namespace projection {
 
 /// Inverse masses of J W J^T: those of the particles, or ones.
 enum class GramMasses { actual, equal };
-inline const std::vector<std::string>& names_of(GramMasses) {
-  static const std::vector<std::string> names{"true", "equal"};
-  return names;
-}
+inline std::vector<std::string> names_of(GramMasses) { return {"true", "equal"}; }
 
 /// Treatment of pinned particles in J W J^T. exact: they have inverse mass 0; paper: they are like others.
 enum class GramPins { exact, paper };
-inline const std::vector<std::string>& names_of(GramPins) {
-  static const std::vector<std::string> names{"exact", "paper"};
-  return names;
-}
+inline std::vector<std::string> names_of(GramPins) { return {"exact", "paper"}; }
 
 /// Whether the colours are projected one after the other, or all springs at once.
 enum class ProjectMethod { successive, joint };
-inline const std::vector<std::string>& names_of(ProjectMethod) {
-  static const std::vector<std::string> names{"successive", "joint"};
-  return names;
-}
+inline std::vector<std::string> names_of(ProjectMethod) { return {"successive", "joint"}; }
 
 enum class GramFormat { lines, aij, sell, shell };
-inline const std::vector<std::string>& names_of(GramFormat) {
-  static const std::vector<std::string> names{"lines", "aij", "sell", "shell"};
-  return names;
-}
+inline std::vector<std::string> names_of(GramFormat) { return {"lines", "aij", "sell", "shell"}; }
 
 /// A permutation of the colours, called "RGBY", "RGYB", ..., "YBGR".
 enum class ColourOrder {};
-const std::vector<std::string>& names_of(ColourOrder);
+std::vector<std::string> names_of(ColourOrder);
 /// The colours in the order of a permutation.
 std::array<Colour, 4> colours_of(const Choice<ColourOrder>& order);
 

@@ -14,6 +14,10 @@ inline namespace state {
 
 namespace {
 
+template <class Values>
+constexpr bool is_plain_list =
+    std::is_same_v<Values, std::vector<double>> || std::is_same_v<Values, std::vector<PetscInt>>;
+
 std::string group_of(const std::string& group, Item item) {
   return group + (item == Item::particle ? "/particles/"
                   : item == Item::cell   ? "/cells/"
@@ -49,47 +53,51 @@ void read_items(const Hdf5File& file, const std::string& group, FieldRegistry& f
   });
 }
 
+/// Calls visit(entry, name of the table, values) for the values once on the object, and the sums, that do not follow
+/// from others.
+template <class Visit>
+void for_each_on_object(const FieldRegistry& fields, const std::string& group, const Visit& visit) {
+  for (const FieldRegistry::Entry& entry : fields.entries()) {
+    const FieldDeclaration& declaration = entry.declaration;
+    if (!declaration.follows && (declaration.item == Item::object || declaration.item == Item::sum)) {
+      const std::string name = group_of(group, declaration.item) + declaration.name;
+      std::visit([&](auto* values) { visit(entry, name, values); }, entry.storage);
+    }
+  }
+}
+
 /// Reads the values once on the object, and the sums. Collective.
 void read_object_fields(const Hdf5File& file, const std::string& group, FieldRegistry& fields) {
   int rank = 0;
   int ranks = 1;
   MPI_Comm_rank(file.comm(), &rank);
   MPI_Comm_size(file.comm(), &ranks);
-  for (const FieldRegistry::Entry& entry : fields.entries()) {
-    const FieldDeclaration& declaration = entry.declaration;
-    if (declaration.follows || (declaration.item != Item::object && declaration.item != Item::sum)) {
-      continue;
+  for_each_on_object(fields, group, [&](const FieldRegistry::Entry& entry, const std::string& name, auto* values) {
+    using Values = std::remove_pointer_t<decltype(values)>;
+    const auto refuse = [&](std::size_t found, const std::string& expected) {
+      throw Error(file.path() + ": table " + name + " has " + std::to_string(found) + " numbers; expected " + expected);
+    };
+    if constexpr (std::is_arithmetic_v<Values>) {
+      const std::vector<Values> all = file.read_all<Values>(name);
+      if (entry.declaration.item == Item::sum) {
+        *values = all.size() == static_cast<std::size_t>(ranks) ? all[rank]
+                  : rank == 0                                   ? std::accumulate(all.begin(), all.end(), Values{})
+                                                                : Values{};
+      } else if (all.size() == 1) {
+        *values = all.front();
+      } else {
+        refuse(all.size(), "one");
+      }
+    } else if constexpr (std::is_same_v<Values, Eigen::VectorXd>) {
+      const std::vector<double> all = file.read_all<double>(name);
+      if (static_cast<Eigen::Index>(all.size()) != values->size()) {
+        refuse(all.size(), std::to_string(values->size()));
+      }
+      *values = Eigen::Map<const Eigen::VectorXd>(all.data(), values->size());
+    } else if constexpr (is_plain_list<Values>) {
+      *values = file.read_all<typename Values::value_type>(name);
     }
-    const std::string name = group_of(group, declaration.item) + declaration.name;
-    std::visit(
-        [&](auto* values) {
-          using Values = std::remove_pointer_t<decltype(values)>;
-          if constexpr (std::is_arithmetic_v<Values>) {
-            const std::vector<Values> all = file.read_all<Values>(name);
-            if (declaration.item == Item::object && all.size() == 1) {
-              *values = all.front();
-            } else if (declaration.item == Item::sum && all.size() == static_cast<std::size_t>(ranks)) {
-              *values = all[rank];
-            } else if (declaration.item == Item::sum) {
-              *values = rank == 0 ? std::accumulate(all.begin(), all.end(), Values{}) : Values{};
-            } else {
-              throw Error(file.path() + ": table " + name + " has " + std::to_string(all.size()) +
-                          " numbers; expected one");
-            }
-          } else if constexpr (std::is_same_v<Values, Eigen::VectorXd>) {
-            const std::vector<double> all = file.read_all<double>(name);
-            if (static_cast<Eigen::Index>(all.size()) != values->size()) {
-              throw Error(file.path() + ": table " + name + " has " + std::to_string(all.size()) +
-                          " numbers; expected " + std::to_string(values->size()));
-            }
-            *values = Eigen::Map<const Eigen::VectorXd>(all.data(), values->size());
-          } else if constexpr (std::is_same_v<Values, std::vector<double>> ||
-                               std::is_same_v<Values, std::vector<PetscInt>>) {
-            *values = file.read_all<typename Values::value_type>(name);
-          }
-        },
-        entry.storage);
-  }
+  });
 }
 
 // A field's declaration as a line: item, kind of its values, components, whether it is drawn, unit or -, name.
@@ -121,6 +129,20 @@ std::size_t place_of(const std::array<const char*, count>& names, const std::str
   return static_cast<std::size_t>(place - names.begin());
 }
 
+template <class Values>
+void add_field(FieldRegistry& fields, const FieldDeclaration& declaration, int components) {
+  fields.add<Values>(declaration, components);
+}
+
+/// What declares a field of each kind, in the order of kind_names.
+const std::array adders{add_field<Field>,
+                        add_field<std::vector<double>>,
+                        add_field<std::vector<PetscInt>>,
+                        add_field<std::vector<bool>>,
+                        add_field<Eigen::VectorXd>,
+                        add_field<double>,
+                        add_field<PetscInt>};
+
 /// Declares the fields that the text names and the registry lacks: fields that a program has added. Collective.
 void declare_missing(FieldRegistry& fields, const std::string& text) {
   std::istringstream lines(text);
@@ -143,28 +165,7 @@ void declare_missing(FieldRegistry& fields, const std::string& text) {
     field.item = static_cast<Item>(place_of(item_names, item));
     field.drawn = static_cast<Drawn>(place_of(drawn_names, drawn));
     field.unit = field.unit == "-" ? "" : field.unit;
-    switch (place_of(kind_names, kind)) {
-      case 0:
-        fields.add<Field>(field, components);
-        break;
-      case 1:
-        fields.add<std::vector<double>>(field, components);
-        break;
-      case 2:
-        fields.add<std::vector<PetscInt>>(field, components);
-        break;
-      case 3:
-        fields.add<std::vector<bool>>(field, components);
-        break;
-      case 4:
-        fields.add<Eigen::VectorXd>(field, components);
-        break;
-      case 5:
-        fields.add<double>(field, components);
-        break;
-      default:
-        fields.add<PetscInt>(field, components);
-    }
+    adders[place_of(kind_names, kind)](fields, field, components);
   }
 }
 
@@ -175,30 +176,20 @@ void write_fields(Hdf5File& file, const std::string& group, const FieldRegistry&
   file.write_text(group + "/declarations", declarations_of(fields));
   write_items(file, group, fields, Item::particle, particle_ids);
   write_items(file, group, fields, Item::cell, cell_ids);
-  for (const FieldRegistry::Entry& entry : fields.entries()) {
-    const FieldDeclaration& declaration = entry.declaration;
-    if (declaration.follows || (declaration.item != Item::object && declaration.item != Item::sum)) {
-      continue;
+  for_each_on_object(fields, group, [&](const FieldRegistry::Entry& entry, const std::string& name, auto* values) {
+    using Values = std::remove_pointer_t<decltype(values)>;
+    if constexpr (std::is_arithmetic_v<Values>) {
+      if (entry.declaration.item == Item::sum) {
+        file.write(name, std::vector<Values>{*values});
+      } else {
+        file.write_once(name, std::vector<Values>{*values});
+      }
+    } else if constexpr (std::is_same_v<Values, Eigen::VectorXd>) {
+      file.write_once(name, std::vector<double>(values->begin(), values->end()));
+    } else if constexpr (is_plain_list<Values>) {
+      file.write_once(name, *values);
     }
-    const std::string name = group_of(group, declaration.item) + declaration.name;
-    std::visit(
-        [&](const auto* values) {
-          using Values = std::remove_const_t<std::remove_pointer_t<decltype(values)>>;
-          if constexpr (std::is_arithmetic_v<Values>) {
-            if (declaration.item == Item::sum) {
-              file.write(name, std::vector<Values>{*values});
-            } else {
-              file.write_once(name, std::vector<Values>{*values});
-            }
-          } else if constexpr (std::is_same_v<Values, Eigen::VectorXd>) {
-            file.write_once(name, std::vector<double>(values->begin(), values->end()));
-          } else if constexpr (std::is_same_v<Values, std::vector<double>> ||
-                               std::is_same_v<Values, std::vector<PetscInt>>) {
-            file.write_once(name, *values);
-          }
-        },
-        entry.storage);
-  }
+  });
 }
 
 void read_fields(const Hdf5File& file, const std::string& group, FieldRegistry& fields,

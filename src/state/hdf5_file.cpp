@@ -11,7 +11,6 @@
 #include <cerrno>
 #include <cstring>
 #include <sstream>
-#include <type_traits>
 #include <utility>
 
 #include "base/error.h"
@@ -42,36 +41,22 @@ class Id {
   herr_t (*close_)(hid_t);
 };
 
-template <class Number>
-hid_t type_of();
-template <>
-hid_t type_of<double>() {
-  return H5T_NATIVE_DOUBLE;
-}
-template <>
-hid_t type_of<int>() {
-  return H5T_NATIVE_INT;
-}
-template <>
-hid_t type_of<unsigned char>() {
-  return H5T_NATIVE_UCHAR;
-}
-
 /// Combines the check sums of parts, given the length of each, into that of the whole. Collective.
 unsigned long combined(MPI_Comm comm, unsigned long own, long long bytes) {
   struct Part {
     unsigned long sum;
     long long bytes;
   };
-  unsigned long whole = crc32(0, nullptr, 0);
+  unsigned long whole = 0;
   for (const Part& part : of_all_ranks(comm, std::vector<Part>{{own, bytes}})) {
     whole = crc32_combine(whole, part.sum, static_cast<z_off_t>(part.bytes));
   }
   return whole;
 }
 
-unsigned long sum_of(unsigned long sum, const void* data, std::size_t bytes) {
-  return crc32_z(sum, static_cast<const unsigned char*>(data), bytes);
+/// The check sum of data that follow those of the check sum `sum`; 0: none.
+unsigned long sum_of(unsigned long sum, const void* data, long long bytes) {
+  return crc32_z(sum, static_cast<const unsigned char*>(data), static_cast<std::size_t>(bytes));
 }
 
 /// Rows [first, first + own) of a table, of which a rank may have none.
@@ -165,13 +150,17 @@ void Hdf5File::require_room(long long bytes) {
   agree(fits, "cannot be written: it would be larger than a file may be here, see ulimit -f");
 }
 
-void Hdf5File::write_bytes(const std::string& name, long long type, const void* rows, long long own_rows, int columns,
-                           std::size_t number_size) {
+long long Hdf5File::type_of(const double*) { return H5T_NATIVE_DOUBLE; }
+long long Hdf5File::type_of(const int*) { return H5T_NATIVE_INT; }
+long long Hdf5File::type_of(const unsigned char*) { return H5T_NATIVE_UCHAR; }
+
+void Hdf5File::write_bytes(const std::string& name, long long type, const void* rows, long long own_rows, int columns) {
   long long first = 0;
   MPI_Exscan(&own_rows, &first, 1, MPI_LONG_LONG, MPI_SUM, comm_);
   first = rank_ == 0 ? 0 : first;
   const long long all = sum_over_ranks(comm_, own_rows);
-  require_room(all * columns * static_cast<long long>(number_size));
+  const long long row_bytes = columns * static_cast<long long>(H5Tget_size(type));
+  require_room(all * row_bytes);
   const std::array<hsize_t, 2> size{static_cast<hsize_t>(all), static_cast<hsize_t>(columns)};
   const Id space(H5Screate_simple(2, size.data(), nullptr), H5Sclose);
   const Id links(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
@@ -185,24 +174,12 @@ void Hdf5File::write_bytes(const std::string& name, long long type, const void* 
     const Id transfer(collective_transfer(), H5Pclose);
     succeeded = H5Dwrite(table, type, memory, space, transfer, rows) >= 0;
   }
-  const long long bytes = own_rows * columns * static_cast<long long>(number_size);
-  const auto sum = static_cast<unsigned int>(
-      combined(comm_, sum_of(crc32(0, nullptr, 0), rows, static_cast<std::size_t>(bytes)), bytes));
+  const auto sum =
+      static_cast<unsigned int>(combined(comm_, sum_of(0, rows, own_rows * row_bytes), own_rows * row_bytes));
   const Id scalar(H5Screate(H5S_SCALAR), H5Sclose);
   const Id attribute(H5Acreate2(table, "crc32", H5T_STD_U32LE, scalar, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
   succeeded = succeeded && attribute >= 0 && H5Awrite(attribute, H5T_NATIVE_UINT, &sum) >= 0;
   agree(succeeded, "cannot be written");
-}
-
-template <class Number>
-void Hdf5File::write(const std::string& name, const std::vector<Number>& rows, int columns) {
-  write_bytes(name, type_of<Number>(), rows.data(), static_cast<long long>(rows.size()) / columns, columns,
-              sizeof(Number));
-}
-
-template <class Number>
-void Hdf5File::write_once(const std::string& name, const std::vector<Number>& rows) {
-  write(name, rank_ == 0 ? rows : std::vector<Number>{});
 }
 
 void Hdf5File::write_text(const std::string& name, const std::string& text) {
@@ -249,20 +226,12 @@ long long Hdf5File::open_table(const std::string& name) const {
   return table;
 }
 
-long long Hdf5File::rows(const std::string& name) const {
+std::array<long long, 2> Hdf5File::size_of(const std::string& name) const {
   const Id table(open_table(name), H5Dclose);
   const Id space(H5Dget_space(table), H5Sclose);
   std::array<hsize_t, 2> size{};
   H5Sget_simple_extent_dims(space, size.data(), nullptr);
-  return static_cast<long long>(size[0]);
-}
-
-int Hdf5File::columns(const std::string& name) const {
-  const Id table(open_table(name), H5Dclose);
-  const Id space(H5Dget_space(table), H5Sclose);
-  std::array<hsize_t, 2> size{};
-  H5Sget_simple_extent_dims(space, size.data(), nullptr);
-  return static_cast<int>(size[1]);
+  return {static_cast<long long>(size[0]), static_cast<long long>(size[1])};
 }
 
 void Hdf5File::require_equal_rows(const std::string& group) const {
@@ -277,9 +246,10 @@ void Hdf5File::require_equal_rows(const std::string& group) const {
 }
 
 void Hdf5File::read_bytes(const std::string& name, long long type, void* rows, long long first, long long own_rows,
-                          int columns, std::size_t number_size, bool is_share) const {
-  if (this->columns(name) != columns) {
-    throw Error(path_ + ": table " + name + " has " + std::to_string(this->columns(name)) + " columns; expected " +
+                          int columns, bool is_share) const {
+  const auto [stored_rows, stored_columns] = size_of(name);
+  if (stored_columns != columns) {
+    throw Error(path_ + ": table " + name + " has " + std::to_string(stored_columns) + " columns; expected " +
                 std::to_string(columns));
   }
   const Id table(open_table(name), H5Dclose);
@@ -289,7 +259,7 @@ void Hdf5File::read_bytes(const std::string& name, long long type, void* rows, l
   }
   const Id space(H5Dget_space(table), H5Sclose);
   bool succeeded = true;
-  if (this->rows(name) * columns > 0) {
+  if (stored_rows * columns > 0) {
     select_rows(space, first, own_rows, columns);
     const Id memory(memory_space(own_rows, columns), H5Sclose);
     const Id transfer(collective_transfer(), H5Pclose);
@@ -299,27 +269,9 @@ void Hdf5File::read_bytes(const std::string& name, long long type, void* rows, l
   const Id attribute(H5Aopen(table, "crc32", H5P_DEFAULT), H5Aclose);
   succeeded = succeeded && attribute >= 0 && H5Aread(attribute, H5T_NATIVE_UINT, &kept) >= 0;
   agree(succeeded, "table " + name + " cannot be read");
-  const long long bytes = own_rows * columns * static_cast<long long>(number_size);
-  const unsigned long own = sum_of(crc32(0, nullptr, 0), rows, static_cast<std::size_t>(bytes));
+  const long long bytes = own_rows * columns * static_cast<long long>(H5Tget_size(type));
+  const unsigned long own = sum_of(0, rows, bytes);
   agree((is_share ? combined(comm_, own, bytes) : own) == kept, "table " + name + " is damaged");
-}
-
-template <class Number>
-std::vector<Number> Hdf5File::read(const std::string& name, int columns) const {
-  const long long all = rows(name);
-  const long long first = first_of_share(all, rank_, ranks_);
-  const long long own = first_of_share(all, rank_ + 1, ranks_) - first;
-  std::vector<Number> result(own * columns);
-  read_bytes(name, type_of<Number>(), result.data(), first, own, columns, sizeof(Number), true);
-  return result;
-}
-
-template <class Number>
-std::vector<Number> Hdf5File::read_all(const std::string& name) const {
-  const long long all = rows(name);
-  std::vector<Number> result(all);
-  read_bytes(name, type_of<Number>(), result.data(), 0, all, 1, sizeof(Number), false);
-  return result;
 }
 
 std::string Hdf5File::read_text(const std::string& name) const {
@@ -336,19 +288,6 @@ std::vector<std::string> Hdf5File::read_lines(const std::string& name) const {
   return lines;
 }
 
-template void Hdf5File::write(const std::string&, const std::vector<double>&, int);
-template void Hdf5File::write_once(const std::string&, const std::vector<double>&);
-template std::vector<double> Hdf5File::read(const std::string&, int) const;
-template std::vector<double> Hdf5File::read_all(const std::string&) const;
-template void Hdf5File::write(const std::string&, const std::vector<int>&, int);
-template void Hdf5File::write_once(const std::string&, const std::vector<int>&);
-template std::vector<int> Hdf5File::read(const std::string&, int) const;
-template std::vector<int> Hdf5File::read_all(const std::string&) const;
-template void Hdf5File::write(const std::string&, const std::vector<unsigned char>&, int);
-template void Hdf5File::write_once(const std::string&, const std::vector<unsigned char>&);
-template std::vector<unsigned char> Hdf5File::read(const std::string&, int) const;
-template std::vector<unsigned char> Hdf5File::read_all(const std::string&) const;
-
 unsigned long file_checksum(MPI_Comm comm, const std::string& path, long long bytes) {
   int rank = 0;
   int ranks = 1;
@@ -356,7 +295,7 @@ unsigned long file_checksum(MPI_Comm comm, const std::string& path, long long by
   MPI_Comm_size(comm, &ranks);
   const long long first = Hdf5File::first_of_share(bytes, rank, ranks);
   const long long end = Hdf5File::first_of_share(bytes, rank + 1, ranks);
-  unsigned long sum = crc32(0, nullptr, 0);
+  unsigned long sum = 0;
   together(comm, [&] {
     const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
     if (file < 0) {
@@ -370,7 +309,7 @@ unsigned long file_checksum(MPI_Comm comm, const std::string& path, long long by
       if (count <= 0) {
         break;
       }
-      sum = sum_of(sum, part.data(), static_cast<std::size_t>(count));
+      sum = sum_of(sum, part.data(), count);
       place += count;
     }
     ::close(file);

@@ -2,6 +2,7 @@
 
 #include <mpi.h>
 
+#include <array>
 #include <cstddef>
 #include <string>
 #include <vector>
@@ -34,10 +35,14 @@ class Hdf5File {
   /// @param rows of this rank, row after row
   /// @throws Error, on all ranks
   template <class Number>
-  void write(const std::string& name, const std::vector<Number>& rows, int columns = 1);
+  void write(const std::string& name, const std::vector<Number>& rows, int columns = 1) {
+    write_bytes(name, type_of(rows.data()), rows.data(), static_cast<long long>(rows.size()) / columns, columns);
+  }
   /// Writes a table with all rows from rank 0, for data that are equal on all ranks. Collective.
   template <class Number>
-  void write_once(const std::string& name, const std::vector<Number>& rows);
+  void write_once(const std::string& name, const std::vector<Number>& rows) {
+    write(name, rank_ == 0 ? rows : std::vector<Number>{});
+  }
   /// Collective.
   void write_text(const std::string& name, const std::string& text);
   /// Texts of one line each. Collective.
@@ -47,8 +52,8 @@ class Hdf5File {
   /// Names of the members of a group, in their order.
   std::vector<std::string> names(const std::string& group) const;
   /// Number of rows of a table, of all ranks.
-  long long rows(const std::string& name) const;
-  int columns(const std::string& name) const;
+  long long rows(const std::string& name) const { return size_of(name)[0]; }
+  int columns(const std::string& name) const { return static_cast<int>(size_of(name)[1]); }
 
   /// Checks a group. @throws Error, on all ranks, unless its tables have as many rows as its table `id`
   void require_equal_rows(const std::string& group) const;
@@ -56,10 +61,21 @@ class Hdf5File {
   /// Reads this rank's fraction of a table: the ranks get equal numbers of rows, in their order. Collective.
   /// @throws Error, on all ranks, if the table is missing, has other columns or numbers, or is damaged
   template <class Number>
-  std::vector<Number> read(const std::string& name, int columns = 1) const;
+  std::vector<Number> read(const std::string& name, int columns = 1) const {
+    const long long all = rows(name);
+    const long long first = first_of_share(all, rank_, ranks_);
+    const long long own = first_of_share(all, rank_ + 1, ranks_) - first;
+    std::vector<Number> result(own * columns);
+    read_bytes(name, type_of(result.data()), result.data(), first, own, columns, true);
+    return result;
+  }
   /// Reads all of a table on every rank. Collective.
   template <class Number>
-  std::vector<Number> read_all(const std::string& name) const;
+  std::vector<Number> read_all(const std::string& name) const {
+    std::vector<Number> result(rows(name));
+    read_bytes(name, type_of(result.data()), result.data(), 0, static_cast<long long>(result.size()), 1, false);
+    return result;
+  }
   std::string read_text(const std::string& name) const;
   std::vector<std::string> read_lines(const std::string& name) const;
 
@@ -67,12 +83,17 @@ class Hdf5File {
   static long long first_of_share(long long rows, int rank, int ranks) { return rows * rank / ranks; }
 
  private:
+  /// HDF5's type of the numbers.
+  static long long type_of(const double* numbers);
+  static long long type_of(const int* numbers);
+  static long long type_of(const unsigned char* numbers);
   void require_room(long long bytes);
-  void write_bytes(const std::string& name, long long type, const void* rows, long long own_rows, int columns,
-                   std::size_t number_size);
+  void write_bytes(const std::string& name, long long type, const void* rows, long long own_rows, int columns);
   void read_bytes(const std::string& name, long long type, void* rows, long long first, long long own_rows, int columns,
-                  std::size_t number_size, bool is_share) const;
+                  bool is_share) const;
   long long open_table(const std::string& name) const;
+  /// Rows and columns of a table.
+  std::array<long long, 2> size_of(const std::string& name) const;
   void agree(bool succeeded, const std::string& what) const;
 
   MPI_Comm comm_;

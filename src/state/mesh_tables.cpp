@@ -13,41 +13,27 @@ namespace {
 
 const char* const field_prefix = "FIELD_";
 
-template <class Number, std::size_t count>
-std::vector<Number> column(const std::vector<MeshRows::Point>& points,
-                           std::array<Number, count> MeshRows::Point::*member) {
-  std::vector<Number> result;
-  for (const MeshRows::Point& point : points) {
-    result.insert(result.end(), (point.*member).begin(), (point.*member).end());
-  }
-  return result;
-}
-
-template <class Number>
-std::vector<Number> column(const std::vector<MeshRows::Point>& points, Number MeshRows::Point::*member) {
-  std::vector<Number> result;
-  for (const MeshRows::Point& point : points) {
-    result.push_back(point.*member);
-  }
-  return result;
-}
-
-template <class Number, std::size_t count>
-void set(std::vector<MeshRows::Point>& points, const std::vector<Number>& numbers,
-         std::array<Number, count> MeshRows::Point::*member) {
-  for (std::size_t k = 0; k < points.size(); ++k) {
-    std::copy_n(numbers.begin() + static_cast<std::ptrdiff_t>(count * k), count, (points[k].*member).begin());
-  }
-}
-
-template <class Number>
-void set(std::vector<MeshRows::Point>& points, const std::vector<Number>& numbers, Number MeshRows::Point::*member) {
-  for (std::size_t k = 0; k < points.size(); ++k) {
-    points[k].*member = numbers[k];
-  }
-}
-
 using Point = MeshRows::Point;
+
+/// A member of all points, one number or several of each.
+template <class Number, class Member>
+std::vector<Number> column(const std::vector<Point>& points, Member Point::*member) {
+  std::vector<Member> members;
+  for (const Point& point : points) {
+    members.push_back(point.*member);
+  }
+  return Records::of(members).template as<Number>();
+}
+
+template <class Number, class Member>
+void set(std::vector<Point>& points, const std::vector<Number>& numbers, Member Point::*member) {
+  const auto count = static_cast<PetscInt>(points.size());
+  const std::vector<Member> members =
+      Records::of(numbers, count, sizeof(Member) / sizeof(Number)).template as<Member>();
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    points[k].*member = members[k];
+  }
+}
 
 }  // namespace
 
@@ -66,29 +52,29 @@ void write_mesh(Hdf5File& file, const std::string& group, const MeshRows& rows) 
   }
   file.write_once(group + "/group_sets", sets);
 
-  const SortedRows by_vertex(comm, column(rows.vertices, &Point::id));
+  const SortedRows by_vertex(comm, column<PetscInt>(rows.vertices, &Point::id));
   const auto vertices = by_vertex.sorted(rows.vertices);
   const std::string of_vertices = group + "/vertices/";
-  file.write(of_vertices + "id", column(vertices, &Point::id));
-  file.write(of_vertices + "position", column(vertices, &Point::position), 3);
+  file.write(of_vertices + "id", column<PetscInt>(vertices, &Point::id));
+  file.write(of_vertices + "position", column<double>(vertices, &Point::position), 3);
   if (rows.has_uv) {
-    file.write(of_vertices + "uv", column(vertices, &Point::uv), 2);
+    file.write(of_vertices + "uv", column<double>(vertices, &Point::uv), 2);
   }
-  file.write(of_vertices + "group_set", column(vertices, &Point::group_set));
+  file.write(of_vertices + "group_set", column<PetscInt>(vertices, &Point::group_set));
   const auto has_mass = [](const Point& vertex) { return vertex.mass > 0; };
   if (on_any_rank(comm, std::any_of(vertices.begin(), vertices.end(), has_mass))) {
-    file.write(of_vertices + "mass", column(vertices, &Point::mass));
+    file.write(of_vertices + "mass", column<double>(vertices, &Point::mass));
   }
 
-  const SortedRows by_cell(comm, column(rows.cells, &Point::id));
+  const SortedRows by_cell(comm, column<PetscInt>(rows.cells, &Point::id));
   const auto cells = by_cell.sorted(rows.cells);
   const std::string of_cells = group + "/cells/";
-  file.write(of_cells + "id", column(cells, &Point::id));
-  file.write(of_cells + "group_set", column(cells, &Point::group_set));
+  file.write(of_cells + "id", column<PetscInt>(cells, &Point::id));
+  file.write(of_cells + "group_set", column<PetscInt>(cells, &Point::group_set));
   file.write(of_cells + "corners", by_cell.sorted(rows.cell_corners, rows.corners), rows.corners);
   file.write(of_cells + "rank", by_cell.sorted(rows.part));
   if (rows.has_uv) {
-    file.write(of_cells + "uv", column(cells, &Point::uv), 2);
+    file.write(of_cells + "uv", column<double>(cells, &Point::uv), 2);
   }
   const auto fields = static_cast<int>(rows.fields.size());
   const std::vector<double> values = by_cell.sorted(rows.field_values, fields);

@@ -6,16 +6,10 @@
 #include "options/choice.h"
 
 namespace pellicle {
-inline namespace options {
-class OptionTable;
-}  // namespace options
 inline namespace surface {
 
 enum class Partitioner { metis, ptscotch, simple };
-inline const std::vector<std::string>& names_of(Partitioner) {
-  static const std::vector<std::string> names{"metis", "ptscotch", "simple"};
-  return names;
-}
+inline std::vector<std::string> names_of(Partitioner) { return {"metis", "ptscotch", "simple"}; }
 
 /// Options of making a distributed shell from a mesh.
 struct SheetOptions {

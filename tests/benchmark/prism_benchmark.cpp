@@ -258,9 +258,7 @@ Options balloon_options(const std::string& deck) {
   OptionTable table;
   describe(table, options);
   const std::string path = std::string(PELLICLE_SOURCE_DIR) + "/input/" + deck + ".yaml";
-  const std::vector<const char*> arguments{"benchmark", path.c_str()};
-  read_arguments(PETSC_COMM_SELF, static_cast<int>(arguments.size()), arguments.data(), table,
-                 [](const std::string&) -> OptionTable& { throw Error("objects"); });
+  read_arguments(PETSC_COMM_SELF, {path}, table, [](const std::string&) -> OptionTable& { throw Error("objects"); });
   options.time.step = 0.01;
   options.force.gravity.setZero();
   options.prism = PrismOptions{};

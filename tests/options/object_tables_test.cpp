@@ -65,14 +65,12 @@ class ObjectTablesTest : public testing::Test {
       std::ofstream(path) << deck;
     }
     MPI_Barrier(MPI_COMM_WORLD);
-    std::vector<const char*> argv{"program", path.c_str()};
-    for (const std::string& word : words) {
-      argv.push_back(word.c_str());
-    }
+    std::vector<std::string> all_words{path};
+    all_words.insert(all_words.end(), words.begin(), words.end());
     std::string fault;
     try {
       const ProgramArguments arguments =
-          read_arguments(MPI_COMM_WORLD, static_cast<int>(argv.size()), argv.data(), one,
+          read_arguments(MPI_COMM_WORLD, all_words, one,
                          [this](const std::string& name) -> OptionTable& { return samples_.emplace_back(name).table; });
       petsc_ = petsc_arguments(arguments.petsc, arguments.tables);
       written_ = written_deck(arguments.tables, arguments.petsc);
@@ -160,6 +158,8 @@ TEST_F(ObjectTablesTest, MapsMayBeTakenOver) {
       "");
   EXPECT_EQ(object("other").rate, 2);
   EXPECT_EQ(object("other").hooks.at("left").radius, 5);
+  ASSERT_EQ(read("objects: {<<: {<<: {paper: {heat: {rate: 2}}}, cloth: {}}, ball: {}}\n"), "") << "at any depth";
+  EXPECT_EQ(object("paper").rate, 2);
 }
 
 TEST_F(ObjectTablesTest, SolversOfAnObjectHaveTheirOwnOptions) {

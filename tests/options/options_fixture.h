@@ -80,11 +80,7 @@ struct SampleOptions {
 
   /// Reads a command line; its decks must exist.
   ProgramArguments command_line(const std::vector<std::string>& words) {
-    std::vector<const char*> argv{"pellicle"};
-    for (const std::string& word : words) {
-      argv.push_back(word.c_str());
-    }
-    return read_arguments(PETSC_COMM_WORLD, static_cast<int>(argv.size()), argv.data(), table,
+    return read_arguments(PETSC_COMM_WORLD, words, table,
                           [this](const std::string& name) -> OptionTable& { return objects[name].table; });
   }
 

@@ -20,13 +20,15 @@ std::string answer(Option& option, const std::string& text) {
 TEST(Option, bounds_are_inside_or_outside_of_the_range) {
   double fraction = 0.25;
   OptionTable table;
-  Option& option = table.add("solver.rtol", fraction).more_than(0).at_most(0.5);
+  Option& option = table.add("solver.rtol", fraction);
+  option.more_than(0).at_most(0.5);
   EXPECT_EQ(option.range_text(), "more than 0, at most 0.5");
   EXPECT_EQ(answer(option, "0"), "\"0\" is out of range; expected a pure number, more than 0, at most 0.5");
   EXPECT_EQ(answer(option, "0.51"), "\"0.51\" is out of range; expected a pure number, more than 0, at most 0.5");
   EXPECT_EQ(answer(option, "0.5"), "");
   EXPECT_EQ(fraction, 0.5);
-  Option& open = table.add("wall.ratio", fraction).more_than(-1).less_than(0.5);
+  Option& open = table.add("wall.ratio", fraction);
+  open.more_than(-1).less_than(0.5);
   EXPECT_EQ(open.range_text(), "more than -1, less than 0.5");
   EXPECT_NE(answer(open, "0.5"), "");
   EXPECT_NE(answer(open, "-1"), "");
@@ -36,7 +38,8 @@ TEST(Option, bounds_are_inside_or_outside_of_the_range) {
 TEST(Option, the_range_of_key_points_is_that_of_their_values) {
   Rows rows;
   OptionTable table;
-  Option& option = table.add("valve.opens", rows).unit("s,1").range(0, 1);
+  Option& option = table.add("valve.opens", rows);
+  option.unit("s,1").range(0, 1);
   EXPECT_EQ(option.range_text(), "2 numbers a row; behind the time 0 to 1");
   EXPECT_EQ(answer(option, "-5,0;7,1"), "") << "a time may be any";
   EXPECT_EQ(rows, (Rows{{-5, 0}, {7, 1}}));
