@@ -30,15 +30,11 @@ GhostExchange::GhostExchange(const Layout& layout)
   check(PetscSFSetUp(sf_));
 }
 
-void GhostExchange::begin_copy(MPI_Datatype type, std::size_t bytes, void* values) const {
+void GhostExchange::copy(MPI_Datatype type, std::size_t bytes, void* values) const {
   if (is_needed_) {
-    check(PetscSFBcastBegin(sf_, type, values, ghosts_of(values, owned_, bytes), MPI_REPLACE));
-  }
-}
-
-void GhostExchange::end_copy(MPI_Datatype type, std::size_t bytes, void* values) const {
-  if (is_needed_) {
-    check(PetscSFBcastEnd(sf_, type, values, ghosts_of(values, owned_, bytes), MPI_REPLACE));
+    void* ghosts = ghosts_of(values, owned_, bytes);
+    check(PetscSFBcastBegin(sf_, type, values, ghosts, MPI_REPLACE));
+    check(PetscSFBcastEnd(sf_, type, values, ghosts, MPI_REPLACE));
   }
 }
 

@@ -188,7 +188,8 @@ void AblationStage::remove_bare_particles(double time) {
     mass = 0;
     fields.mass_change.data()[i] = 0;
   }
-  update_ghosts(surface_.particles, fields.mass, fields.mass_change);
+  fields.mass.update_ghosts();
+  fields.mass_change.update_ghosts();
   update_pieces(fields.pieces, surface_, fields.active, time);
 }
 
