@@ -39,16 +39,15 @@ PetscInt JoinedLayout::global(std::size_t part, PetscInt global_number) const {
 }
 
 void JoinedLayout::put(std::size_t part, const Field& of_part, Field& whole) const {
-  for (const auto& [piece, from] :
-       {std::pair(owned_[part], PetscInt{0}), std::pair(ghosts_[part], owned_[part].count)}) {
-    whole.values().middleCols(piece.first, piece.count) = of_part.values().middleCols(from, piece.count);
-  }
+  const auto [owned, ghosts] = std::pair(owned_[part], ghosts_[part]);
+  whole.values().middleCols(owned.first, owned.count) = of_part.values().leftCols(owned.count);
+  whole.values().middleCols(ghosts.first, ghosts.count) = of_part.values().middleCols(owned.count, ghosts.count);
 }
 
 void JoinedLayout::take(std::size_t part, const Field& whole, Field& of_part) const {
-  for (const auto& [piece, to] : {std::pair(owned_[part], PetscInt{0}), std::pair(ghosts_[part], owned_[part].count)}) {
-    of_part.values().middleCols(to, piece.count) = whole.values().middleCols(piece.first, piece.count);
-  }
+  const auto [owned, ghosts] = std::pair(owned_[part], ghosts_[part]);
+  of_part.values().leftCols(owned.count) = whole.values().middleCols(owned.first, owned.count);
+  of_part.values().middleCols(owned.count, ghosts.count) = whole.values().middleCols(ghosts.first, ghosts.count);
 }
 
 }  // namespace parallel
