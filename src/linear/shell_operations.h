@@ -2,8 +2,8 @@
 
 #include <petscmat.h>
 
+#include <Eigen/Core>
 #include <algorithm>
-#include <vector>
 
 #include "base/error.h"
 
@@ -48,13 +48,40 @@ void set_symmetric_product(Mat matrix) {
   set_shell_operation<multiply>(matrix, MATOP_MULT_TRANSPOSE);
 }
 
+/// The values of this rank's rows of a vector, which PETSc lends until the end of the scope. Not collective.
+template <class Vector, auto get, auto restore>
+class LentValues : public Eigen::Map<Vector> {
+ public:
+  explicit LentValues(Vec vector) : Eigen::Map<Vector>(array_of(vector), rows_of(vector)), vector_(vector) {}
+  LentValues(const LentValues&) = delete;
+  LentValues& operator=(const LentValues&) = delete;
+  ~LentValues() {
+    auto* array = this->data();
+    restore(vector_, &array);
+  }
+  using Eigen::Map<Vector>::operator=;
+
+ private:
+  static auto* array_of(Vec vector) {
+    typename Eigen::Map<Vector>::PointerType array = nullptr;
+    check(get(vector, &array));
+    return array;
+  }
+  static PetscInt rows_of(Vec vector) {
+    PetscInt rows = 0;
+    check(VecGetLocalSize(vector, &rows));
+    return rows;
+  }
+
+  Vec vector_;
+};
+using VecValues = LentValues<Eigen::VectorXd, VecGetArray, VecRestoreArray>;
+using ConstVecValues = LentValues<const Eigen::VectorXd, VecGetArrayRead, VecRestoreArrayRead>;
+
 /// Copies the values of this rank's rows to a vector. Not collective.
 template <class Values>
 void copy_to(Vec vector, const Values& values) {
-  double* array = nullptr;
-  check(VecGetArrayWrite(vector, &array));
-  std::copy(values.begin(), values.end(), array);
-  check(VecRestoreArrayWrite(vector, &array));
+  std::copy(values.begin(), values.end(), VecValues{vector}.data());
 }
 
 }  // namespace linear

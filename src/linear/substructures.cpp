@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "linear/shell_operations.h"
 
 namespace pellicle {
 inline namespace linear {
@@ -240,7 +241,7 @@ Substructures::Entries Substructures::gathered_pattern(MPI_Comm comm, const std:
 }
 
 void Substructures::find_pattern(Mat matrix) {
-  MPI_Comm comm = PetscObjectComm(reinterpret_cast<PetscObject>(matrix));
+  const MPI_Comm comm = comm_of(matrix);
   PetscInt first = 0;
   PetscInt end = 0;
   check(MatGetOwnershipRange(matrix, &first, &end));
@@ -361,8 +362,7 @@ bool Substructures::refresh(Mat matrix) {
   matrix_.setZero();
   add_to_interface(entries_, 1);
   const bool is_definite = inner_factor_->refresh(matrix_);
-  MPI_Comm comm = PetscObjectComm(reinterpret_cast<PetscObject>(matrix));
-  if (on_any_rank(comm, !is_definite)) {
+  if (on_any_rank(comm_of(matrix), !is_definite)) {
     return false;
   }
   auto of_complement = complements_.own.begin();
@@ -380,26 +380,21 @@ bool Substructures::refresh(Mat matrix) {
 }
 
 void Substructures::solve(Vec in, Vec out) {
-  const double* load = nullptr;
-  double* result = nullptr;
-  check(VecGetArrayRead(in, &load));
-  for (std::size_t k = 0; k < interface_.inner().size(); ++k) {
-    inner_values_[static_cast<Eigen::Index>(k)] = load[interface_.inner()[k]];
-  }
-  interface_.sum(load, inner_factor_->reduce(inner_values_).data(), interface_values_);
-  check(VecRestoreArrayRead(in, &load));
+  const std::vector<PetscInt>& inner = interface_.inner();
+  const ConstVecValues load(in);
+  std::transform(inner.begin(), inner.end(), inner_values_.begin(), [&](PetscInt row) { return load[row]; });
+  interface_.sum(load.data(), inner_factor_->reduce(inner_values_).data(), interface_values_);
   matrix_.triangularView<Eigen::Lower>().solveInPlace(interface_values_);
   matrix_.triangularView<Eigen::Lower>().transpose().solveInPlace(interface_values_);
   inner_factor_->expand(interface_values_, inner_values_);
-  check(VecGetArrayWrite(out, &result));
-  for (std::size_t k = 0; k < interface_.inner().size(); ++k) {
-    result[interface_.inner()[k]] = inner_values_[static_cast<Eigen::Index>(k)];
-  }
-  const double* of_own = interface_values_.data() + interface_.own_first();
-  for (const PetscInt row : interface_.own()) {
-    result[row] = *of_own++;
-  }
-  check(VecRestoreArrayWrite(out, &result));
+  VecValues result(out);
+  const auto scatter = [&result](const std::vector<PetscInt>& rows, const double* values) {
+    for (const PetscInt row : rows) {
+      result[row] = *values++;
+    }
+  };
+  scatter(inner, inner_values_.data());
+  scatter(interface_.own(), interface_values_.data() + interface_.own_first());
 }
 
 }  // namespace linear
