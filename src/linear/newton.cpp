@@ -13,8 +13,7 @@ namespace {
 
 /// Refuses nonlinear solvers and Jacobians that would bypass those of the problem, or its line search.
 void require_known(const std::string& prefix, const std::string& own_tangent) {
-  char type[64] = SNESNEWTONLS;
-  check(PetscOptionsGetString(nullptr, prefix.c_str(), "-snes_type", type, sizeof type, nullptr));
+  const std::string type = option_value("-" + prefix + "snes_type").value_or(SNESNEWTONLS);
   const std::vector<std::string> known{SNESNEWTONLS, SNESNEWTONTR, SNESKSPONLY};
   if (std::find(known.begin(), known.end(), type) == known.end()) {
     throw Error("-" + prefix + "snes_type " + type +
@@ -36,7 +35,7 @@ Newton::Newton(Mat system, const std::string& prefix, NewtonProblem problem, con
   require_known(prefix, defaults.own_tangent);
   KSP outer = nullptr;
   PC pc = nullptr;
-  check(SNESCreate(PetscObjectComm(reinterpret_cast<PetscObject>(system)), snes_.create()));
+  check(SNESCreate(comm_of(system), snes_.create()));
   check(SNESSetOptionsPrefix(snes_, prefix.c_str()));
   check(SNESGetKSP(snes_, &outer));  // Its own: in one that it is given Eisenstat and Walker's tolerances are not set.
   check(KSPSetOptionsPrefix(outer, (prefix + "newton_").c_str()));
