@@ -19,14 +19,10 @@ GhostExchange::GhostExchange(const Layout& layout)
   if (!is_needed_) {
     return;
   }
-  PetscLayout owners = nullptr;
-  check(PetscLayoutCreateFromSizes(layout.comm, layout.owned, layout.global, 1, &owners));
-  const PetscErrorCode made = PetscSFCreate(layout.comm, sf_.create());
-  const PetscErrorCode filled = made != 0 ? made
-                                          : PetscSFSetGraphLayout(sf_, owners, layout.ghosts(), nullptr,
-                                                                  PETSC_COPY_VALUES, layout.ghost_global.data());
-  check(PetscLayoutDestroy(&owners));
-  check(filled);
+  Handle<PetscLayout, PetscLayoutDestroy> owners;
+  check(PetscLayoutCreateFromSizes(layout.comm, layout.owned, layout.global, 1, owners.create()));
+  check(PetscSFCreate(layout.comm, sf_.create()));
+  check(PetscSFSetGraphLayout(sf_, owners, layout.ghosts(), nullptr, PETSC_COPY_VALUES, layout.ghost_global.data()));
   check(PetscSFSetUp(sf_));
 }
 

@@ -183,14 +183,12 @@ std::vector<int> split_in_patches(CellGraph graph, int patches) {
   const std::vector<int> region = split_in_regions(graph, counts);
   const Members members(region, regions);
   std::vector<int> number(region.size());  // of each cell in its region
+  std::vector<int> patch(region.size());
+  int first_patch = 0;
   for (std::size_t r = 0; r < counts.size(); ++r) {
     for (std::size_t c = members.first[r]; c < members.first[r + 1]; ++c) {
       number[members.cells[c]] = static_cast<int>(c - members.first[r]);
     }
-  }
-  std::vector<int> patch(region.size());
-  int first_patch = 0;
-  for (std::size_t r = 0; r < counts.size(); ++r) {
     CellGraph part;
     part.offsets.push_back(0);
     for (std::size_t c = members.first[r]; c < members.first[r + 1]; ++c) {
