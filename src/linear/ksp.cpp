@@ -341,11 +341,8 @@ void run_solver(const std::string& prefix, const std::function<void()>& calls) {
 }
 
 bool any_is_given(const std::string& prefix, std::initializer_list<const char*> names) {
-  return std::any_of(names.begin(), names.end(), [&prefix](const char* name) {
-    PetscBool is_given = PETSC_FALSE;
-    check(PetscOptionsHasName(nullptr, prefix.c_str(), (std::string("-") + name).c_str(), &is_given));
-    return is_given == PETSC_TRUE;
-  });
+  return std::any_of(names.begin(), names.end(),
+                     [&prefix](const char* name) { return option_value("-" + prefix + name).has_value(); });
 }
 
 bool asks_for_entries(const std::string& prefix) {

@@ -11,34 +11,28 @@ namespace pellicle {
 inline namespace linear {
 
 /// A member function as PETSc calls it for a shell matrix, whose context is the object.
-template <auto method>
-struct ShellCallback;
-template <class Self, class... Arguments, void (Self::*method)(Arguments...)>
-struct ShellCallback<method> {
-  static PetscErrorCode call(Mat shell, Arguments... arguments) noexcept {
-    return as_petsc_callback([&] {
-      Self* self = nullptr;
-      check(MatShellGetContext(shell, &self));
-      (self->*method)(arguments...);
-    });
-  }
-};
-template <class Self, class... Arguments, void (Self::*method)(Arguments...) const>
-struct ShellCallback<method> {
-  static PetscErrorCode call(Mat shell, Arguments... arguments) noexcept {
-    return as_petsc_callback([&] {
-      const Self* self = nullptr;
-      check(MatShellGetContext(shell, &self));
-      (self->*method)(arguments...);
-    });
-  }
-};
+template <auto method, class Self, class... Arguments>
+PetscErrorCode call_on_context(Mat shell, Arguments... arguments) noexcept {
+  return as_petsc_callback([&] {
+    Self* self = nullptr;
+    check(MatShellGetContext(shell, &self));
+    (self->*method)(arguments...);
+  });
+}
+template <auto method, class Self, class... Arguments>
+auto shell_callback(void (Self::*)(Arguments...)) {
+  return &call_on_context<method, Self, Arguments...>;
+}
+template <auto method, class Self, class... Arguments>
+auto shell_callback(void (Self::*)(Arguments...) const) {
+  return &call_on_context<method, const Self, Arguments...>;
+}
 
 /// Gives a shell matrix an operation of its context. Not collective.
 /// @tparam method with the arguments that PETSc gives the operation after the matrix
 template <auto method>
 void set_shell_operation(Mat matrix, MatOperation operation) {
-  check(MatShellSetOperation(matrix, operation, reinterpret_cast<void (*)()>(&ShellCallback<method>::call)));
+  check(MatShellSetOperation(matrix, operation, reinterpret_cast<void (*)()>(shell_callback<method>(method))));
 }
 
 /// The product of a symmetric matrix. Not collective.

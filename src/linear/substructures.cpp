@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/handle.h"
 #include "linear/shell_operations.h"
 
 namespace pellicle {
@@ -155,12 +156,7 @@ bool Substructures::Factor::refresh(const Eigen::MatrixXd& interface) {
     const double zero = 0;
     BLASsyrk_("L", "N", &order, &order, &minus, border_factor_.data(), &order, &zero, complement_.data(), &order);
   }
-  for (int b = 0; b < border; ++b) {
-    const double* past = values() + starts[inner_ + b + 1];
-    for (int a = 0; a <= b; ++a) {
-      complement_(b, a) += past[a - b - 1];
-    }
-  }
+  complement_.triangularView<Eigen::Lower>() += interface(border_, border_);
   return true;
 }
 
