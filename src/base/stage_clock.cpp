@@ -9,25 +9,14 @@
 namespace pellicle {
 inline namespace base {
 
-namespace {
-
-PetscLogStage stage_named(const std::string& name) {
-  PetscLogStage stage = -1;
-  check(PetscLogStageGetId(name.c_str(), &stage));
-  if (stage < 0) {
-    check(PetscLogStageRegister(name.c_str(), &stage));
-  }
-  return stage;
-}
-
-}  // namespace
-
 StageClock::StageClock(const std::vector<std::string>& names) : start_(MPI_Wtime()) {
   for (const std::string& name : names) {
-    StageTime stage;
-    stage.name = name;
-    stages_.push_back(stage);
-    logged_.push_back(stage_named(name));
+    stages_.push_back({name});
+    PetscLogStage& logged = logged_.emplace_back(-1);
+    check(PetscLogStageGetId(name.c_str(), &logged));
+    if (logged < 0) {
+      check(PetscLogStageRegister(name.c_str(), &logged));
+    }
   }
 }
 
