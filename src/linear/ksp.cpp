@@ -172,18 +172,24 @@ void give_mumps_room(KSP ksp) {
   }
 }
 
+bool has_operation(Mat matrix, MatOperation operation) {
+  PetscBool is_there = PETSC_FALSE;
+  check(MatHasOperation(matrix, operation, &is_there));
+  return is_there == PETSC_TRUE;
+}
+
 /// Refuses preconditioners that PETSc refuses only in the first solve, and those that crash or do nothing.
 /// @param type of the preconditioner @param matrix from which it is made
 void require_available(PCType type, Mat system, Mat matrix, const std::string& prefix) {
   MatType matrix_type = nullptr;
-  PetscBool is_there = PETSC_TRUE;
+  bool is_there = true;
   check(MatGetType(matrix, &matrix_type));
   const std::string option = given_name(prefix, "pc_type") + " " + type;
   std::string wanted = "another preconditioner or type of matrix";
   if (is(type, {PCPBJACOBI})) {
-    check(MatHasOperation(matrix, MATOP_INVERT_BLOCK_DIAGONAL, &is_there));
+    is_there = has_operation(matrix, MATOP_INVERT_BLOCK_DIAGONAL);
   } else if (is(type, {PCGAMG, PCML, PCFIELDSPLIT})) {
-    is_there = has_type(matrix, {MATSEQAIJ, MATMPIAIJ}) ? PETSC_TRUE : PETSC_FALSE;
+    is_there = has_type(matrix, {MATSEQAIJ, MATMPIAIJ});
     wanted = "type aij";
     PetscInt block_size = 1;
     check(MatGetBlockSize(matrix, &block_size));
@@ -192,7 +198,7 @@ void require_available(PCType type, Mat system, Mat matrix, const std::string& p
                   ": the unknowns are of one kind, there is nothing to split, expected another preconditioner");
     }
   } else if (is(type, {PCSOR, PCILU})) {
-    is_there = has_type(matrix, {MATSEQSBAIJ, MATMPISBAIJ}) ? PETSC_FALSE : PETSC_TRUE;
+    is_there = !has_type(matrix, {MATSEQSBAIJ, MATMPISBAIJ});
   } else if (is(type, {PCEISENSTAT}) && system != matrix) {
     throw Error(option +
                 ": the system has a part that the preconditioner's matrix lacks, expected another preconditioner");
@@ -200,7 +206,7 @@ void require_available(PCType type, Mat system, Mat matrix, const std::string& p
                        PCDEFLATION, PCTFS, PCLSC})) {
     throw Error(option + ": this preconditioner needs more than a matrix, expected another preconditioner");
   }
-  if (is_there == PETSC_FALSE) {
+  if (!is_there) {
     throw Error(option + ": PETSc has none for a matrix of type " + matrix_type + ", expected " + wanted);
   }
 }
@@ -381,15 +387,13 @@ KspHandle make_ksp(Mat matrix, Mat preconditioning, const std::string& prefix, c
   check(KSPCGUseSingleReduction(ksp, defaults.single_reduction ? PETSC_TRUE : PETSC_FALSE));
   check(KSPGetPC(ksp, &pc));
   const bool matrix_free = has_type(preconditioning, {MATSHELL});
-  PetscBool has_blocks = PETSC_FALSE;  // of its diagonal
-  check(MatHasOperation(preconditioning, MATOP_INVERT_BLOCK_DIAGONAL, &has_blocks));
+  const bool has_blocks = has_operation(preconditioning, MATOP_INVERT_BLOCK_DIAGONAL);  // of its diagonal
   // A shell with blocks is a tangent; for a tangent rigid patches can be a level.
   const auto has_matrix_free = [&](PCType type) {
-    return is_own_type(type)
-               ? offers_preconditioner(preconditioning, type)
-               : is(type, {PCNONE, PCJACOBI}) || (has_blocks == PETSC_TRUE && is(type, {PCPBJACOBI, PCMG}));
+    return is_own_type(type) ? offers_preconditioner(preconditioning, type)
+                             : is(type, {PCNONE, PCJACOBI}) || (has_blocks && is(type, {PCPBJACOBI, PCMG}));
   };
-  const PCType matrix_free_default = has_blocks == PETSC_TRUE ? PCPBJACOBI : PCJACOBI;
+  const PCType matrix_free_default = has_blocks ? PCPBJACOBI : PCJACOBI;
   check(PCSetType(
       pc, matrix_free && !has_matrix_free(defaults.preconditioner) ? matrix_free_default : defaults.preconditioner));
   check(KSPInitializePackage());
@@ -415,9 +419,8 @@ KspHandle make_ksp(Mat matrix, Mat preconditioning, const std::string& prefix, c
   }
   if (matrix_free && !has_matrix_free(type)) {
     throw Error(given_name(prefix, "pc_type") + " " + type +
-                std::string(": a matrix-free operator has only its diagonal, expected ") +
-                (has_blocks == PETSC_TRUE ? "mg, " : "") + "none" + (has_blocks == PETSC_TRUE ? ", pbjacobi" : "") +
-                " or jacobi");
+                ": a matrix-free operator has only its diagonal, expected " +
+                (has_blocks ? "mg, none, pbjacobi" : "none") + " or jacobi");
   }
   if (!any_is_given(prefix, {"pc_use_amat"}) && !is(type, {PCMG, PCGAMG, PCML})) {
     check(PCSetUseAmat(pc, PETSC_FALSE));  // Multigrid sets it, and leaves it to a type chosen in its place.
@@ -444,14 +447,12 @@ KspHandle make_ksp(Mat matrix, Mat preconditioning, const std::string& prefix, c
 std::string fault_of_solution(Mat matrix, Mat preconditioning, Vec right_hand_side, Vec solution,
                               const LinearNeed& need) {
   VecHandle work;
-  PetscBool has_diagonal = PETSC_FALSE;
   double size = 0;
   double wanted = 0;
   double reached = 0;
   double left = 0;
   check(VecDuplicate(right_hand_side, work.create()));
-  check(MatHasOperation(preconditioning, MATOP_GET_DIAGONAL, &has_diagonal));
-  if (has_diagonal == PETSC_TRUE) {
+  if (has_operation(preconditioning, MATOP_GET_DIAGONAL)) {
     check(MatGetDiagonal(preconditioning, work));
     check(VecNorm(work, NORM_INFINITY, &size));
   }

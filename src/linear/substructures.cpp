@@ -260,12 +260,17 @@ void Substructures::find_pattern(Mat matrix) {
   inner_values_.resize(static_cast<Eigen::Index>(inner.size()));
 
   std::vector<std::vector<int>> in_column(interface_.size());  // inner rows coupled with it
+  std::vector<int> starts = {0};
+  std::vector<int> upper;  // rows of the factor's upper half
   for (std::size_t i = 0; i < inner.size(); ++i) {
     for (const PetscInt column : rows[inner[i]]) {
       if (const int number = interface_.number(column); number >= 0) {
         in_column[number].push_back(static_cast<int>(i));
+      } else if (column <= first + inner[i]) {
+        upper.push_back(interface_.inner_number(column));
       }
     }
+    starts.push_back(static_cast<int>(upper.size()));
   }
   std::vector<int> border;
   for (std::size_t k = 0; k < in_column.size(); ++k) {
@@ -274,16 +279,6 @@ void Substructures::find_pattern(Mat matrix) {
     }
   }
   interface_.set_border(border, 1);
-  std::vector<int> starts = {0};
-  std::vector<int> upper;  // rows of the factor's upper half
-  for (std::size_t i = 0; i < inner.size(); ++i) {
-    for (const PetscInt column : rows[inner[i]]) {
-      if (column <= first + inner[i] && interface_.number(column) < 0) {
-        upper.push_back(interface_.inner_number(column));
-      }
-    }
-    starts.push_back(static_cast<int>(upper.size()));
-  }
   std::vector<int> next(in_column.size());  // place of a column's next entry
   for (std::size_t b = 0; b < border.size(); ++b) {
     const auto& column = in_column[border[b]];
