@@ -1,5 +1,7 @@
 #include "base/error.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <climits>
 #include <filesystem>
@@ -42,12 +44,7 @@ std::string one_line(const std::string& text) {
   std::string line;
   for (const char character : text) {
     const auto code = static_cast<unsigned char>(character);
-    if (code < ' ' || code == 127) {
-      constexpr const char* digits = "0123456789ABCDEF";
-      line += {'\\', 'x', digits[code / 16], digits[code % 16]};
-    } else {
-      line += character;
-    }
+    line += code < ' ' || code == 127 ? fmt::format("\\x{:02X}", code) : std::string(1, character);
   }
   return line;
 }
@@ -68,6 +65,13 @@ std::string words_of(const std::exception& failure) {
 
 void keep_petsc_messages() { check(PetscPushErrorHandler(keep_message, nullptr)); }
 
+void broadcast(MPI_Comm comm, std::string& text, int from) {
+  auto length = static_cast<int>(text.size());
+  MPI_Bcast(&length, 1, MPI_INT, from, comm);
+  text.resize(length);
+  MPI_Bcast(text.data(), length, MPI_CHAR, from, comm);
+}
+
 void together(MPI_Comm comm, const std::function<void()>& work) {
   std::string message;
   bool failed = false;
@@ -84,10 +88,7 @@ void together(MPI_Comm comm, const std::function<void()>& work) {
   if (first_failed == INT_MAX) {
     return;
   }
-  int length = static_cast<int>(message.size());
-  MPI_Bcast(&length, 1, MPI_INT, first_failed, comm);
-  message.resize(length);
-  MPI_Bcast(message.data(), length, MPI_CHAR, first_failed, comm);
+  broadcast(comm, message, first_failed);
   throw Error(message);
 }
 

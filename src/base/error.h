@@ -41,6 +41,9 @@ inline void check(PetscErrorCode code, const char* file = __builtin_FILE(), int 
   }
 }
 
+/// Sends the text of one rank to every rank. Collective.
+void broadcast(MPI_Comm comm, std::string& text, int from = 0);
+
 /// Runs `work`, which is not collective, on every rank; if it throws on any rank, every rank throws the Error of the
 /// lowest such rank. Collective. For input handling that may fail on some ranks only.
 void together(MPI_Comm comm, const std::function<void()>& work);

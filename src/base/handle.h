@@ -2,7 +2,11 @@
 
 #include <petscksp.h>
 
+#include <algorithm>
+#include <initializer_list>
 #include <utility>
+
+#include "base/error.h"
 
 namespace pellicle {
 inline namespace base {
@@ -30,10 +34,7 @@ class Handle {
 
   /// The slot for a creating call: `check(MatCreate(comm, a.create()));` An object constrained before is destroyed.
   T* create() {
-    if (object_ != nullptr) {
-      destroy(&object_);
-    }
-    object_ = nullptr;
+    *this = Handle();
     return &object_;
   }
 
@@ -47,6 +48,22 @@ class Handle {
 using VecHandle = Handle<Vec, VecDestroy>;
 using MatHandle = Handle<Mat, MatDestroy>;
 using KspHandle = Handle<KSP, KSPDestroy>;
+
+/// The communicator of a PETSc object, such as a Mat.
+template <class Object>
+MPI_Comm comm_of(Object* object) {
+  return PetscObjectComm(reinterpret_cast<PetscObject>(object));
+}
+
+/// Whether a PETSc object is of one of some types. Not collective.
+template <class Object>
+bool has_type(Object* object, std::initializer_list<const char*> types) {
+  return std::any_of(types.begin(), types.end(), [object](const char* type) {
+    PetscBool is_type = PETSC_FALSE;
+    check(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(object), type, &is_type));
+    return is_type == PETSC_TRUE;
+  });
+}
 
 }  // namespace base
 }  // namespace pellicle

@@ -1,12 +1,12 @@
 #include "base/memory.h"
 
+#include <fmt/format.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <fstream>
 #include <limits>
-#include <sstream>
 
 #include "base/error.h"
 
@@ -88,11 +88,9 @@ void require_memory(const std::string& what, double bytes) {
   constexpr double gigabyte = 1e9;
   const double available = available_memory();
   if (!(bytes <= available)) {
-    std::ostringstream text;
-    text.precision(2);
-    text << what << " needs about " << bytes / gigabyte << " GB of memory, expected no more than the "
-         << available / gigabyte << " GB that are available";
-    throw Error(text.str());
+    throw Error(
+        fmt::format("{} needs about {:.2g} GB of memory, expected no more than the {:.2g} GB that are available", what,
+                    bytes / gigabyte, available / gigabyte));
   }
 }
 

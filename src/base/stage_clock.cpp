@@ -9,30 +9,18 @@
 namespace pellicle {
 inline namespace base {
 
-namespace {
-
-PetscLogStage stage_named(const std::string& name) {
-  PetscLogStage stage = -1;
-  check(PetscLogStageGetId(name.c_str(), &stage));
-  if (stage < 0) {
-    check(PetscLogStageRegister(name.c_str(), &stage));
-  }
-  return stage;
-}
-
-}  // namespace
-
 StageClock::StageClock(const std::vector<std::string>& names) : start_(MPI_Wtime()) {
   for (const std::string& name : names) {
-    StageTime stage;
-    stage.name = name;
-    stages_.push_back(stage);
-    logged_.push_back(stage_named(name));
+    PetscLogStage& logged = stages_.emplace_back(StageTime{name}).logged;
+    check(PetscLogStageGetId(name.c_str(), &logged));
+    if (logged < 0) {
+      check(PetscLogStageRegister(name.c_str(), &logged));
+    }
   }
 }
 
-StageClock::Timer::Timer(StageTime& stage, PetscLogStage logged) : stage_(stage), start_(MPI_Wtime()) {
-  check(PetscLogStagePush(logged));
+StageClock::Timer::Timer(StageTime& stage) : stage_(stage), start_(MPI_Wtime()) {
+  check(PetscLogStagePush(stage.logged));
 }
 
 StageClock::Timer::~Timer() {
@@ -44,9 +32,9 @@ StageClock::Timer::~Timer() {
 }
 
 StageClock::Timer StageClock::time(const std::string& name) {
-  for (std::size_t i = 0; i < stages_.size(); ++i) {
-    if (stages_[i].name == name) {
-      return Timer(stages_[i], logged_[i]);
+  for (StageTime& stage : stages_) {
+    if (stage.name == name) {
+      return Timer(stage);
     }
   }
   throw std::logic_error("StageClock has no stage " + name);

@@ -14,6 +14,7 @@ struct StageTime {
   int calls = 0;
   double seconds = 0;      ///< wall time, all calls
   double lap_seconds = 0;  ///< wall time since StageClock::start_lap
+  PetscLogStage logged = -1;
 };
 
 /// Wall time of each stage of a simulation. Every stage is also a PETSc log stage, so that `-log_view` has a line and
@@ -32,7 +33,7 @@ class StageClock {
 
    private:
     friend class StageClock;
-    Timer(StageTime& stage, PetscLogStage logged);
+    explicit Timer(StageTime& stage);
 
     StageTime& stage_;
     double start_;
@@ -51,7 +52,6 @@ class StageClock {
 
  private:
   std::vector<StageTime> stages_;
-  std::vector<PetscLogStage> logged_;
   double start_;
 };
 

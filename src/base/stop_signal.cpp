@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <csignal>
+#include <cstring>
 #include <utility>
 
 namespace pellicle {
@@ -36,13 +37,16 @@ constexpr double time_between = 0.1;
 constexpr int most_passes = 64;
 
 void print(const char* text) {
-  std::size_t length = 0;
-  while (text[length] != '\0') {
-    ++length;
-  }
-  if (write(STDERR_FILENO, text, length) < 0) {
+  if (write(STDERR_FILENO, text, std::strlen(text)) < 0) {
     // There is no reader.
   }
+}
+
+/// The name of one of these signals; another one has none.
+const char* name_of(int signal) {
+  const auto known =
+      std::find_if(names.begin(), names.end(), [signal](const auto& row) { return row.first == signal; });
+  return known != names.end() ? known->second : "";
 }
 
 /// Calls only what a signal handler may call.
@@ -59,11 +63,7 @@ void print(const char* text) {
     sleep(3);
   }
   print("pellicle: ended by ");
-  for (const auto& [number, name] : names) {
-    if (number == signal) {
-      print(name);
-    }
-  }
+  print(name_of(signal));
   print(is_deferred != 0 ? ", the second signal, within a step; what was kept before is whole\n"
                          : " before the first step\n");
   _exit(128 + signal);
@@ -185,12 +185,8 @@ void leave_if_stopped() {
 }
 
 std::string signal_name(int signal) {
-  for (const auto& [number, name] : names) {
-    if (number == signal) {
-      return name;
-    }
-  }
-  return "signal " + std::to_string(signal);
+  const std::string name = name_of(signal);
+  return name.empty() ? "signal " + std::to_string(signal) : name;
 }
 
 }  // namespace base

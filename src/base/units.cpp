@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cctype>
 #include <charconv>
 #include <cmath>
@@ -20,18 +21,14 @@ namespace {
 
 constexpr double pi = 3.14159265358979323846;
 
-// Units that take a prefix; then those that do not, which are looked up first ("min" is not a milli-inch).
-const std::map<std::string, Unit>& prefixable_units() {
-  static const std::map<std::string, Unit> units{
+std::optional<Unit> find_unit(const std::string& symbol) {
+  static const std::map<std::string, Unit> prefixable{
       {"m", {1, 0, {1, 0, 0, 0}}},    {"g", {1e-3, 0, {0, 1, 0, 0}}},  {"s", {1, 0, {0, 0, 1, 0}}},
       {"K", {1, 0, {0, 0, 0, 1}}},    {"N", {1, 0, {1, 1, -2, 0}}},    {"Pa", {1, 0, {-1, 1, -2, 0}}},
       {"J", {1, 0, {2, 1, -2, 0}}},   {"W", {1, 0, {2, 1, -3, 0}}},    {"Hz", {1, 0, {0, 0, -1, 0}}},
       {"l", {1e-3, 0, {3, 0, 0, 0}}}, {"mol", {1, 0, {0, 0, 0, 0, 1}}}};
-  return units;
-}
-
-const std::map<std::string, Unit>& plain_units() {
-  static const std::map<std::string, Unit> units{{"t", {1e3, 0, {0, 1, 0, 0}}},
+  // These take no prefix, and are looked up first: "min" is not a milli-inch.
+  static const std::map<std::string, Unit> plain{{"t", {1e3, 0, {0, 1, 0, 0}}},
                                                  {"min", {60, 0, {0, 0, 1, 0}}},
                                                  {"h", {3600, 0, {0, 0, 1, 0}}},
                                                  {"bar", {1e5, 0, {-1, 1, -2, 0}}},
@@ -40,23 +37,16 @@ const std::map<std::string, Unit>& plain_units() {
                                                  {"%", {1e-2, 0, {}}},
                                                  {"1", {1, 0, {}}},
                                                  {"degC", {1, 273.15, {0, 0, 0, 1}}}};
-  return units;
-}
-
-std::optional<Unit> find_unit(const std::string& symbol) {
-  const auto plain = plain_units().find(symbol);
-  if (plain != plain_units().end()) {
-    return plain->second;
-  }
-  const auto base = prefixable_units().find(symbol);
-  if (base != prefixable_units().end()) {
-    return base->second;
-  }
   static const std::map<char, double> prefixes{{'n', 1e-9}, {'u', 1e-6}, {'m', 1e-3}, {'c', 1e-2},
                                                {'k', 1e3},  {'M', 1e6},  {'G', 1e9}};
-  const auto prefix = symbol.size() > 1 ? prefixes.find(symbol[0]) : prefixes.end();
-  const auto prefixed = symbol.size() > 1 ? prefixable_units().find(symbol.substr(1)) : prefixable_units().end();
-  if (prefix == prefixes.end() || prefixed == prefixable_units().end()) {
+  for (const auto* units : {&plain, &prefixable}) {
+    if (const auto known = units->find(symbol); known != units->end()) {
+      return known->second;
+    }
+  }
+  const auto prefix = symbol.empty() ? prefixes.end() : prefixes.find(symbol[0]);
+  const auto prefixed = prefix == prefixes.end() ? prefixable.end() : prefixable.find(symbol.substr(1));
+  if (prefixed == prefixable.end()) {
     return std::nullopt;
   }
   Unit unit = prefixed->second;
@@ -157,9 +147,7 @@ class UnitParser {
 
   bool skip_spaces() {
     const std::size_t begin = position_;
-    while (position_ < text_.size() && text_[position_] == ' ') {
-      ++position_;
-    }
+    position_ = std::min(text_.find_first_not_of(' ', begin), text_.size());
     return position_ > begin;
   }
 

@@ -12,8 +12,19 @@ inline namespace linear {
 /// @param before merit at the start of the step
 /// @param slope decrease of the merit per unit share at the start; 0: any decrease is enough
 /// @param rounding of the merit; a rise by no more than this is accepted
-std::optional<double> backtrack(const std::function<std::optional<double>(double fraction)>& merit, double before,
-                                double slope, double rounding);
+inline std::optional<double> backtrack(const std::function<std::optional<double>(double fraction)>& merit,
+                                       double before, double slope, double rounding) {
+  constexpr int max_halvings = 20;
+  constexpr double sufficient_decrease = 1e-4;
+  double fraction = 1;
+  for (int halvings = 0; halvings <= max_halvings; ++halvings, fraction /= 2) {
+    const std::optional<double> now = merit(fraction);
+    if (now && *now <= before - sufficient_decrease * fraction * slope + rounding) {
+      return fraction;
+    }
+  }
+  return std::nullopt;
+}
 
 }  // namespace linear
 }  // namespace pellicle

@@ -2,7 +2,6 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
-#include <algorithm>
 #include <utility>
 
 #include "base/error.h"
@@ -11,14 +10,36 @@
 namespace pellicle {
 inline namespace linear {
 
-BorderedSystem::BorderedSystem(LowRankSystem& part, std::vector<int> columns, Eigen::VectorXd scales)
-    : part_(part), columns_(std::move(columns)), scales_(std::move(scales)) {
-  const MPI_Comm comm = PetscObjectComm(reinterpret_cast<PetscObject>(part_.sparse()));
+Border::Border(LowRankSystem& part, int size) : part_(part), size_(size) {
+  const MPI_Comm comm = comm_of(part_.sparse());
   MPI_Comm_rank(comm, &rank_);
-  const PetscInt rows = static_cast<PetscInt>(part_.rows()) + (rank_ == 0 ? size() : 0);
-  check(MatCreateShell(comm, rows, rows, PETSC_DETERMINE, PETSC_DETERMINE, this, matrix_.create()));
-  set_shell_operation<&BorderedSystem::multiply>(matrix_, MATOP_MULT);
+  const PetscInt all = static_cast<PetscInt>(rows()) + border_rows();
+  check(MatCreateShell(comm, all, all, PETSC_DETERMINE, PETSC_DETERMINE, this, matrix_.create()));
+  set_shell_operation<&Border::multiply>(matrix_, MATOP_MULT);
   check(MatCreateVecs(part_.sparse(), part_right_hand_side_.create(), part_solution_.create()));
+}
+
+Eigen::VectorXd Border::border_values(Vec vector) const {
+  Eigen::VectorXd values(size_);
+  values.head(border_rows()) = ConstVecValues{vector}.tail(border_rows());
+  MPI_Bcast(values.data(), size_, MPI_DOUBLE, 0, comm_of(matrix()));
+  return values;
+}
+
+Eigen::VectorXd Border::multiply_part(Vec x) {
+  VecValues{part_right_hand_side_} = ConstVecValues{x}.head(rows());
+  check(MatMult(part_.sparse(), part_right_hand_side_, part_solution_));
+  return part_.column_products({part_right_hand_side_});
+}
+
+void Border::join(Vec vector, const Eigen::VectorXd& border) const {
+  VecValues values(vector);
+  values.head(rows()) = ConstVecValues{part_solution_};
+  values.tail(border_rows()) = border.head(border_rows());
+}
+
+BorderedSystem::BorderedSystem(LowRankSystem& part, std::vector<int> columns, Eigen::VectorXd scales)
+    : Border(part, static_cast<int>(columns.size())), columns_(std::move(columns)), scales_(std::move(scales)) {
   check(VecDuplicate(part_solution_, work_.create()));
   if (!part_.solves_sparse_alone()) {
     part_.hold(columns_);
@@ -31,23 +52,11 @@ BorderedSystem::BorderedSystem(LowRankSystem& part, std::vector<int> columns, Ei
 
 LinearResult BorderedSystem::solve(Vec right_hand_side, Vec solution) {
   const Eigen::VectorXd wanted = -border_values(right_hand_side).cwiseQuotient(scales_);  // g.x
-  const double* given = nullptr;
-  double* values = nullptr;
-  check(VecGetArrayRead(right_hand_side, &given));
-  copy_to(part_right_hand_side_, Eigen::Map<const Eigen::VectorXd>(given, part_.rows()));
-  check(VecRestoreArrayRead(right_hand_side, &given));
+  VecValues{part_right_hand_side_} = ConstVecValues{right_hand_side}.head(rows());
   const LinearResult result = part_.solves_sparse_alone() ? eliminate(wanted) : solve_orthogonally(wanted);
-  if (!result.converged) {
-    return result;
+  if (result.converged) {
+    join(solution, scaled_border_.cwiseQuotient(scales_));
   }
-  check(VecGetArrayRead(part_solution_, &given));
-  check(VecGetArray(solution, &values));
-  std::copy_n(given, part_.rows(), values);
-  for (int border = 0; rank_ == 0 && border < size(); ++border) {
-    values[part_.rows() + border] = scaled_border_[border] / scales_[border];
-  }
-  check(VecRestoreArray(solution, &values));
-  check(VecRestoreArrayRead(part_solution_, &given));
   return result;
 }
 
@@ -79,10 +88,7 @@ LinearResult BorderedSystem::solve_orthogonally(const Eigen::VectorXd& wanted) {
     result.refuse(Solved::concave, "the matrix is not positive definite");
     return result;
   }
-  double* values = nullptr;
-  check(VecGetArray(part_solution_, &values));
-  Eigen::Map<Eigen::VectorXd>(values, part_.rows()) += along;
-  check(VecRestoreArray(part_solution_, &values));
+  VecValues{part_solution_} += along;
   part_.multiply_whole(part_solution_, work_);
   check(VecAXPY(work_, -1, part_right_hand_side_));
   scaled_border_ = products.matrixU().solve(part_.project(work_));
@@ -94,10 +100,7 @@ LinearResult BorderedSystem::solve_orthogonally(const Eigen::VectorXd& wanted) {
 LinearResult BorderedSystem::eliminate(const Eigen::VectorXd& wanted) {
   Eigen::VectorXd weights = Eigen::VectorXd::Zero(part_.count());
   weights(columns_) = part_.low_rank().coefficients(columns_).cwiseProduct(wanted);
-  double* values = nullptr;
-  check(VecGetArray(part_right_hand_side_, &values));
-  Eigen::Map<Eigen::VectorXd>(values, part_.rows()) += part_.low_rank().times(weights);
-  check(VecRestoreArray(part_right_hand_side_, &values));
+  VecValues{part_right_hand_side_} += part_.low_rank().times(weights);
   LinearResult result = part_.solve(part_right_hand_side_, part_solution_);
   for (int border = 0; border < size() && result.converged; ++border) {
     copy_to(work_, part_.low_rank().column(columns_[border]));
@@ -123,43 +126,13 @@ LinearResult BorderedSystem::eliminate(const Eigen::VectorXd& wanted) {
   return result;
 }
 
-Eigen::VectorXd BorderedSystem::border_values(Vec vector) const {
-  Eigen::VectorXd values(size());
-  const double* given = nullptr;
-  check(VecGetArrayRead(vector, &given));
-  if (rank_ == 0) {
-    std::copy_n(given + part_.rows(), size(), values.data());
-  }
-  check(VecRestoreArrayRead(vector, &given));
-  MPI_Bcast(values.data(), size(), MPI_DOUBLE, 0, PetscObjectComm(reinterpret_cast<PetscObject>(Mat(matrix_))));
-  return values;
-}
-
 void BorderedSystem::multiply(Vec x, Vec y) {
-  const LowRank& low_rank = part_.low_rank();
-  const Eigen::Index rows = part_.rows();
   const Eigen::VectorXd border = border_values(x);
-  const double* given = nullptr;
-  double* values = nullptr;
-  check(VecGetArrayRead(x, &given));
-  check(VecGetArray(part_right_hand_side_, &values));
-  std::copy_n(given, rows, values);
-  check(VecRestoreArray(part_right_hand_side_, &values));
-  check(VecRestoreArrayRead(x, &given));
-  check(MatMult(part_.sparse(), part_right_hand_side_, part_solution_));
-  const Eigen::VectorXd products = part_.column_products({part_right_hand_side_});
-  Eigen::VectorXd weights = low_rank.coefficients.cwiseProduct(products);
-  for (int b = 0; b < size(); ++b) {
-    weights[columns_[b]] = -scales_[b] * border[b];
-  }
-  check(VecGetArrayRead(part_solution_, &given));
-  check(VecGetArray(y, &values));
-  Eigen::Map<Eigen::VectorXd>(values, rows) = Eigen::Map<const Eigen::VectorXd>(given, rows) + low_rank.times(weights);
-  for (int b = 0; rank_ == 0 && b < size(); ++b) {
-    values[rows + b] = -scales_[b] * products[columns_[b]];
-  }
-  check(VecRestoreArray(y, &values));
-  check(VecRestoreArrayRead(part_solution_, &given));
+  const Eigen::VectorXd products = multiply_part(x);
+  Eigen::VectorXd weights = part_.low_rank().coefficients.cwiseProduct(products);
+  weights(columns_) = -scales_.cwiseProduct(border);
+  VecValues{part_solution_} += part_.low_rank().times(weights);
+  join(y, -scales_.cwiseProduct(products(columns_)));
 }
 
 }  // namespace linear

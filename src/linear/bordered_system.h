@@ -8,6 +8,44 @@
 namespace pellicle {
 inline namespace linear {
 
+/// A system with a border: rows and columns beside those of a LowRankSystem, its part. A vector of the bordered system
+/// has the rows of the part's T, and after rank 0's rows those of the border.
+class Border {
+ public:
+  /// Collective. @param part must outlive the border @param size number of the border's rows
+  Border(LowRankSystem& part, int size);
+  virtual ~Border() = default;
+  Border(const Border&) = delete;  // The matrix points to this object.
+  Border& operator=(const Border&) = delete;
+
+  /// The system's matrix, as a product with vectors.
+  Mat matrix() const { return matrix_; }
+
+  /// Rows of the border on this rank: all of them on rank 0.
+  PetscInt border_rows() const { return rank_ == 0 ? size_ : 0; }
+
+  /// The border's entries of a vector, on every rank. Collective.
+  Eigen::VectorXd border_values(Vec vector) const;
+
+ protected:
+  virtual void multiply(Vec x, Vec y) = 0;
+  /// Multiplies the part's rows of x by T into `part_solution_`. @returns their products with the part's columns
+  Eigen::VectorXd multiply_part(Vec x);
+  /// Sets a vector of the bordered system to the part's solution and values of the border.
+  void join(Vec vector, const Eigen::VectorXd& border) const;
+  int size() const { return size_; }
+  Eigen::Index rows() const { return part_.rows(); }
+
+  LowRankSystem& part_;
+  VecHandle part_right_hand_side_;
+  VecHandle part_solution_;
+
+ private:
+  int size_;
+  int rank_ = 0;
+  MatHandle matrix_;
+};
+
 /// The system [T', -G S; -S G^T, 0] [x; z] = [r; q]: columns G of a LowRankSystem border it, with scales S; T' is its T
 /// plus the terms of the other columns. x = x0 + y, where x0, a sum of columns, has S G^T x0 = -q, and y is orthogonal
 /// to the columns. Iterations solve for y alone, in a space where T' is positive definite if prescribed volumes make
@@ -17,40 +55,21 @@ inline namespace linear {
 /// A solver that works with T alone eliminates blocks instead. T' is then replaced by the system's own A, with rho g
 /// g^T of the bordering columns, and r is changed accordingly: for S G^T x = -q the solution is the same, and A stays
 /// positive definite even where T' is so only on the x with G^T x = 0. A column's rho is its coefficient there.
-///
-/// A vector of the bordered system has the rows of T, and after rank 0's rows those of the border.
-class BorderedSystem {
+class BorderedSystem : public Border {
  public:
   /// Collective. @param part must outlive the system @param columns bordering columns of `part`, at least one
   BorderedSystem(LowRankSystem& part, std::vector<int> columns, Eigen::VectorXd scales);
-  BorderedSystem(const BorderedSystem&) = delete;  // The matrix points to this object.
-  BorderedSystem& operator=(const BorderedSystem&) = delete;
-
-  /// The system's matrix, as a product with vectors.
-  Mat matrix() const { return matrix_; }
-
-  /// Rows of the border on this rank: all of them on rank 0.
-  PetscInt border_rows() const { return rank_ == 0 ? size() : 0; }
 
   /// Solves; rejects a solution along which the matrix has negative curvature, as conjugate gradients do. Collective.
   LinearResult solve(Vec right_hand_side, Vec solution);
 
-  /// The border's entries of a vector, on every rank. Collective.
-  Eigen::VectorXd border_values(Vec vector) const;
-
  private:
   LinearResult solve_orthogonally(const Eigen::VectorXd& wanted);
   LinearResult eliminate(const Eigen::VectorXd& wanted);
-  void multiply(Vec x, Vec y);
-  int size() const { return static_cast<int>(columns_.size()); }
+  void multiply(Vec x, Vec y) override;
 
-  LowRankSystem& part_;
   std::vector<int> columns_;
   Eigen::VectorXd scales_;
-  int rank_ = 0;
-  MatHandle matrix_;
-  VecHandle part_right_hand_side_;
-  VecHandle part_solution_;
   VecHandle work_;
   Eigen::VectorXd scaled_border_;     ///< S z, of the last solve
   std::vector<VecHandle> influence_;  ///< A^-1 g of the bordering columns, where blocks are eliminated

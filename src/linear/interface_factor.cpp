@@ -51,9 +51,8 @@ int InterfaceFactor::negative() const {
     return sparse_->negative();
   }
   int twice = 0;
-  for (std::size_t k = 0; k < pivots_.size(); ++k) {
-    const auto row = static_cast<Eigen::Index>(k);
-    const bool is_of_two = pivots_[k] < 0;  // A pivot of two rows has one negative and one positive eigenvalue.
+  for (Eigen::Index row = 0; row < matrix_.rows(); ++row) {
+    const bool is_of_two = pivots_[row] < 0;  // A pivot of two rows has one negative and one positive eigenvalue.
     twice += is_of_two ? 1 : matrix_(row, row) < 0 ? 2 : 0;
   }
   return twice / 2;

@@ -4,10 +4,9 @@
 
 #include <algorithm>
 #include <cstring>
+#include <iterator>
 #include <limits>
 #include <memory>
-#include <optional>
-#include <vector>
 
 #include "base/error.h"
 #include "base/stop_signal.h"
@@ -22,13 +21,10 @@ inline namespace linear {
 
 namespace {
 
-bool is(const char* type, const char* name) { return type != nullptr && std::strcmp(type, name) == 0; }
-
-std::optional<std::string> option_value(const std::string& name) {
-  char text[256] = "";
-  PetscBool is_set = PETSC_FALSE;
-  check(PetscOptionsGetString(nullptr, nullptr, name.c_str(), text, sizeof text, &is_set));
-  return is_set == PETSC_TRUE ? std::optional<std::string>(text) : std::nullopt;
+/// Whether a type is one of some.
+bool is(const char* type, std::initializer_list<const char*> names) {
+  return type != nullptr &&
+         std::any_of(names.begin(), names.end(), [type](const char* name) { return std::strcmp(type, name) == 0; });
 }
 
 /// Name of an option as the user wrote it: options of the prefix "project_" are copied to "project_red_", and in a run
@@ -62,34 +58,18 @@ std::string chosen_solver(const std::string& prefix) {
   return words.empty() ? "-" + prefix + "..." : words;
 }
 
-/// Whether a PETSc error means that the options ask for something impossible; every rank then has the same error.
-bool is_about_options(PetscErrorCode code) {
-  switch (code) {
-    case PETSC_ERR_SUP:
-    case PETSC_ERR_ORDER:
-    case PETSC_ERR_USER:
-    case PETSC_ERR_USER_INPUT:
-    case PETSC_ERR_MISSING_FACTOR:
-    case PETSC_ERR_ARG_WRONG:
-    case PETSC_ERR_ARG_WRONGSTATE:
-    case PETSC_ERR_ARG_OUTOFRANGE:
-    case PETSC_ERR_ARG_INCOMP:
-    case PETSC_ERR_ARG_NULL:
-    case PETSC_ERR_ARG_SIZ:
-    case PETSC_ERR_ARG_UNKNOWN_TYPE:
-    case PETSC_ERR_ARG_TYPENOTSET:
-    case PETSC_ERR_WRONG_MPI_SIZE:
-    case PETSC_ERR_NOT_CONVERGED:  // -ksp_error_if_not_converged
-      return true;
-    default:
-      return false;
-  }
-}
-
-/// @throws Error that names the options of `prefix`, if they ask for something impossible
+/// @throws Error that names the options of `prefix`, if they ask for something impossible; every rank then has the same
+/// error
 void throw_if_about_options(const std::string& prefix, const PetscFailure& failure) {
-  if (is_about_options(failure.code())) {
-    throw Error(chosen_solver(prefix) + ": " + failure.what());
+  // The last one is of -ksp_error_if_not_converged.
+  for (const PetscErrorCode code :
+       {PETSC_ERR_SUP, PETSC_ERR_ORDER, PETSC_ERR_USER, PETSC_ERR_USER_INPUT, PETSC_ERR_MISSING_FACTOR,
+        PETSC_ERR_ARG_WRONG, PETSC_ERR_ARG_WRONGSTATE, PETSC_ERR_ARG_OUTOFRANGE, PETSC_ERR_ARG_INCOMP,
+        PETSC_ERR_ARG_NULL, PETSC_ERR_ARG_SIZ, PETSC_ERR_ARG_UNKNOWN_TYPE, PETSC_ERR_ARG_TYPENOTSET,
+        PETSC_ERR_WRONG_MPI_SIZE, PETSC_ERR_NOT_CONVERGED}) {
+    if (failure.code() == code) {
+      throw Error(chosen_solver(prefix) + ": " + failure.what());
+    }
   }
 }
 
@@ -159,62 +139,32 @@ void require_factor(const std::string& prefix, Mat matrix) {
               expected);
 }
 
-/// Key under which a KSP keeps the preconditioner of block Jacobi's blocks until these are made.
-constexpr const char* block_type_key = "pellicle_block_type";
-
-/// Sets block Jacobi and notes, for `solve`, a factorisation for its blocks that PETSc has for one rank only.
-void make_parallel(KSP ksp, PC pc, PCType type) {
-  Handle<PetscContainer, PetscContainerDestroy> block_type;
-  check(PetscContainerCreate(PetscObjectComm(reinterpret_cast<PetscObject>(ksp)), block_type.create()));
-  check(PetscContainerSetPointer(block_type, const_cast<char*>(is(type, PCILU) ? PCILU : PCICC)));
-  check(PetscObjectCompose(reinterpret_cast<PetscObject>(ksp), block_type_key,
-                           reinterpret_cast<PetscObject>(PetscContainer(block_type))));
-  check(PCSetType(pc, PCBJACOBI));
-}
-
-/// Sets the type that `make_parallel` has noted, then the user's options for the blocks.
-void set_block_type(KSP ksp) {
-  PetscContainer block_type = nullptr;
-  check(PetscObjectQuery(reinterpret_cast<PetscObject>(ksp), block_type_key,
-                         reinterpret_cast<PetscObject*>(&block_type)));
-  if (block_type == nullptr) {
-    return;
-  }
-  void* type = nullptr;
+/// Sets the type of block Jacobi's blocks, then the user's options for them.
+void set_blocks(KSP ksp, PCType type) {
   PC pc = nullptr;
   KSP* blocks = nullptr;
   PetscInt count = 0;
-  check(PetscContainerGetPointer(block_type, &type));
   check(KSPSetUp(ksp));
   check(KSPGetPC(ksp, &pc));
   check(PCBJacobiGetSubKSP(pc, &count, nullptr, &blocks));
   for (PetscInt block = 0; block < count; ++block) {
     check(KSPGetPC(blocks[block], &pc));
-    check(PCSetType(pc, static_cast<const char*>(type)));
+    check(PCSetType(pc, type));
     check(KSPSetFromOptions(blocks[block]));
   }
-  check(PetscObjectCompose(reinterpret_cast<PetscObject>(ksp), block_type_key, nullptr));
-}
-
-std::string prefix_of(KSP ksp) {
-  const char* prefix = nullptr;
-  check(KSPGetOptionsPrefix(ksp, &prefix));
-  return prefix != nullptr ? prefix : "";
 }
 
 /// Gives MUMPS additional memory where it factorises, unless the user says how much.
 void give_mumps_room(KSP ksp) {
   PC pc = nullptr;
-  PetscBool factorises = PETSC_FALSE;
   MatSolverType package = nullptr;
   Mat factor = nullptr;
   check(KSPGetPC(ksp, &pc));
-  check(PetscObjectTypeCompareAny(reinterpret_cast<PetscObject>(pc), &factorises, PCLU, PCCHOLESKY, ""));
-  if (factorises == PETSC_FALSE) {
+  if (!has_type(pc, {PCLU, PCCHOLESKY})) {
     return;
   }
   check(PCFactorGetMatSolverType(pc, &package));
-  if (is(package, MATSOLVERMUMPS) &&
+  if (is(package, {MATSOLVERMUMPS}) &&
       !option_value("-" + prefix_of(ksp) + "mat_mumps_icntl_" + std::to_string(mumps_room_setting))) {
     check(PCFactorSetUpMatSolverType(pc));
     check(PCFactorGetMatrix(pc, &factor));
@@ -222,87 +172,80 @@ void give_mumps_room(KSP ksp) {
   }
 }
 
+bool has_operation(Mat matrix, MatOperation operation) {
+  PetscBool is_there = PETSC_FALSE;
+  check(MatHasOperation(matrix, operation, &is_there));
+  return is_there == PETSC_TRUE;
+}
+
 /// Refuses preconditioners that PETSc refuses only in the first solve, and those that crash or do nothing.
 /// @param type of the preconditioner @param matrix from which it is made
 void require_available(PCType type, Mat system, Mat matrix, const std::string& prefix) {
   MatType matrix_type = nullptr;
-  PetscBool is_aij = PETSC_FALSE;
-  PetscBool is_sbaij = PETSC_FALSE;
-  PetscBool is_there = PETSC_TRUE;
+  bool is_there = true;
   check(MatGetType(matrix, &matrix_type));
-  check(PetscObjectTypeCompareAny(reinterpret_cast<PetscObject>(matrix), &is_aij, MATSEQAIJ, MATMPIAIJ, ""));
-  check(PetscObjectTypeCompareAny(reinterpret_cast<PetscObject>(matrix), &is_sbaij, MATSEQSBAIJ, MATMPISBAIJ, ""));
   const std::string option = given_name(prefix, "pc_type") + " " + type;
   std::string wanted = "another preconditioner or type of matrix";
-  if (is(type, PCPBJACOBI)) {
-    check(MatHasOperation(matrix, MATOP_INVERT_BLOCK_DIAGONAL, &is_there));
-  } else if (is(type, PCGAMG) || is(type, PCML) || is(type, PCFIELDSPLIT)) {
-    is_there = is_aij;
+  if (is(type, {PCPBJACOBI})) {
+    is_there = has_operation(matrix, MATOP_INVERT_BLOCK_DIAGONAL);
+  } else if (is(type, {PCGAMG, PCML, PCFIELDSPLIT})) {
+    is_there = has_type(matrix, {MATSEQAIJ, MATMPIAIJ});
     wanted = "type aij";
     PetscInt block_size = 1;
     check(MatGetBlockSize(matrix, &block_size));
-    if (is(type, PCFIELDSPLIT) && block_size == 1) {
+    if (is(type, {PCFIELDSPLIT}) && block_size == 1) {
       throw Error(option +
                   ": the unknowns are of one kind, there is nothing to split, expected another preconditioner");
     }
-  } else if (is(type, PCSOR) || is(type, PCILU)) {
-    is_there = is_sbaij == PETSC_TRUE ? PETSC_FALSE : PETSC_TRUE;
-  } else if (is(type, PCEISENSTAT) && system != matrix) {
+  } else if (is(type, {PCSOR, PCILU})) {
+    is_there = !has_type(matrix, {MATSEQSBAIJ, MATMPISBAIJ});
+  } else if (is(type, {PCEISENSTAT}) && system != matrix) {
     throw Error(option +
                 ": the system has a part that the preconditioner's matrix lacks, expected another preconditioner");
-  } else if (is(type, PCEXOTIC) || is(type, PCREDISTRIBUTE) || is(type, PCLMVM) || is(type, PCPATCH) ||
-             is(type, PCSHELL) || is(type, PCGALERKIN) || is(type, PCCP) || is(type, PCVPBJACOBI) || is(type, PCBDDC) ||
-             is(type, PCNN) || is(type, PCDEFLATION) || is(type, PCTFS) || is(type, PCLSC)) {
+  } else if (is(type, {PCEXOTIC, PCREDISTRIBUTE, PCLMVM, PCPATCH, PCSHELL, PCGALERKIN, PCCP, PCVPBJACOBI, PCBDDC, PCNN,
+                       PCDEFLATION, PCTFS, PCLSC})) {
     throw Error(option + ": this preconditioner needs more than a matrix, expected another preconditioner");
   }
-  if (is_there == PETSC_FALSE) {
+  if (!is_there) {
     throw Error(option + ": PETSc has none for a matrix of type " + matrix_type + ", expected " + wanted);
   }
 }
 
-/// For a solve that did not converge, the meaning of PETSc's name for the reason, if the name does not say it.
-std::string words_of(KSPConvergedReason reason, KSP ksp) {
+/// What a solve without success says of its system. The words are the meaning of the reason, if PETSc's name for it
+/// does not say it; {} is the preconditioner's type.
+struct Failure {
+  KSPConvergedReason reason;
+  Solved solved;
+  const char* words;
+};
+constexpr Failure failures[] = {
+    {KSP_DIVERGED_INDEFINITE_PC, Solved::bad_preconditioner, ": the preconditioner {} is not positive definite"},
+    {KSP_DIVERGED_INDEFINITE_MAT, Solved::concave, ": the matrix is not positive definite"},
+    {KSP_CONVERGED_CG_NEG_CURVE, Solved::concave, ""},
+    {KSP_DIVERGED_PC_FAILED, Solved::bad_preconditioner, ": the preconditioner {} could not be made"},
+    {KSP_DIVERGED_NANORINF, Solved::no, ": a value is not finite"}};
+
+/// Marks the result of a solve that did not converge.
+void refuse(LinearResult& result, KSP ksp) {
   PC pc = nullptr;
   PCType type = nullptr;
   check(KSPGetPC(ksp, &pc));
   check(PCGetType(pc, &type));
-  const std::string preconditioner = std::string("the preconditioner ") + (type != nullptr ? type : "");
-  switch (reason) {
-    case KSP_DIVERGED_INDEFINITE_PC:
-      return ": " + preconditioner + " is not positive definite";
-    case KSP_DIVERGED_INDEFINITE_MAT:
-      return ": the matrix is not positive definite";
-    case KSP_DIVERGED_PC_FAILED:
-      return ": " + preconditioner + " could not be made";
-    case KSP_DIVERGED_NANORINF:
-      return ": a value is not finite";
-    default:
-      return "";
-  }
-}
-
-Solved failure_of(KSPConvergedReason reason) {
-  switch (reason) {
-    case KSP_DIVERGED_INDEFINITE_MAT:
-    case KSP_CONVERGED_CG_NEG_CURVE:
-      return Solved::concave;
-    case KSP_DIVERGED_INDEFINITE_PC:
-    case KSP_DIVERGED_PC_FAILED:
-      return Solved::bad_preconditioner;
-    default:
-      return Solved::no;
-  }
+  const auto* failure = std::find_if(std::begin(failures), std::end(failures),
+                                     [&](const Failure& known) { return known.reason == result.ended; });
+  const Failure found = failure != std::end(failures) ? *failure : Failure{result.ended, Solved::no, ""};
+  result.refuse(found.solved, fmt::format("the linear solver {} did not converge ({} after {} iterations{})",
+                                          prefix_of(ksp), KSPConvergedReasons[result.ended], result.iterations,
+                                          fmt::format(fmt::runtime(found.words), type != nullptr ? type : "")));
 }
 
 /// PETSc scales the matrix itself, which is used between the solves too, and can't scale one without entries.
 void require_unscaled(KSP ksp, Mat matrix, const std::string& prefix) {
   PetscBool scales = PETSC_FALSE;
   PetscBool scales_back = PETSC_FALSE;
-  PetscBool is_shell = PETSC_FALSE;
   check(KSPGetDiagonalScale(ksp, &scales));
   check(KSPGetDiagonalScaleFix(ksp, &scales_back));
-  check(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(matrix), MATSHELL, &is_shell));
-  if (scales == PETSC_TRUE && is_shell == PETSC_TRUE) {
+  if (scales == PETSC_TRUE && has_type(matrix, {MATSHELL})) {
     throw Error(given_name(prefix, "ksp_diagonal_scale") + ": the operator has no entries, expected pc_type jacobi");
   }
   if (scales == PETSC_TRUE && scales_back == PETSC_FALSE) {
@@ -343,6 +286,7 @@ struct StoppableTest {
   void* context = nullptr;
   PetscErrorCode (*destroy)(void*) = nullptr;
   StopPoint stop;
+  PCType block_type = nullptr;  ///< of block Jacobi's blocks, until they are made; null: as the options say
 };
 
 PetscErrorCode test_or_stop(KSP ksp, PetscInt iteration, PetscReal norm, KSPConvergedReason* reason, void* context) {
@@ -364,15 +308,12 @@ PetscErrorCode destroy_test(void* context) {
   });
 }
 
-/// Stops before a solve if there is a signal, because making the preconditioner may take long.
-void leave_before_solve(KSP ksp) {
+/// The test of a solver that make_stoppable has got, or null.
+StoppableTest* stoppable_test(KSP ksp) {
   PetscErrorCode (*test)(KSP, PetscInt, PetscReal, KSPConvergedReason*, void*) = nullptr;
   void* context = nullptr;
   check(KSPGetConvergenceTest(ksp, &test, &context, nullptr));
-  if (test == test_or_stop) {
-    static_cast<StoppableTest*>(context)->stop.pass();
-  }
-  leave_if_stopped();
+  return test == test_or_stop ? static_cast<StoppableTest*>(context) : nullptr;
 }
 
 }  // namespace
@@ -381,6 +322,19 @@ void make_stoppable(KSP ksp) {
   auto own = std::make_unique<StoppableTest>();
   check(KSPGetAndClearConvergenceTest(ksp, &own->test, &own->context, &own->destroy));
   check(KSPSetConvergenceTest(ksp, test_or_stop, own.release(), destroy_test));
+}
+
+std::string prefix_of(KSP ksp) {
+  const char* prefix = nullptr;
+  check(KSPGetOptionsPrefix(ksp, &prefix));
+  return prefix != nullptr ? prefix : "";
+}
+
+std::optional<std::string> option_value(const std::string& name) {
+  char text[PETSC_MAX_PATH_LEN];
+  PetscBool is_set = PETSC_FALSE;
+  check(PetscOptionsGetString(nullptr, nullptr, name.c_str(), text, sizeof text, &is_set));
+  return is_set == PETSC_TRUE ? std::optional<std::string>(text) : std::nullopt;
 }
 
 void run_solver(const std::string& prefix, const std::function<void()>& calls) {
@@ -393,11 +347,8 @@ void run_solver(const std::string& prefix, const std::function<void()>& calls) {
 }
 
 bool any_is_given(const std::string& prefix, std::initializer_list<const char*> names) {
-  return std::any_of(names.begin(), names.end(), [&prefix](const char* name) {
-    PetscBool is_given = PETSC_FALSE;
-    check(PetscOptionsHasName(nullptr, prefix.c_str(), (std::string("-") + name).c_str(), &is_given));
-    return is_given == PETSC_TRUE;
-  });
+  return std::any_of(names.begin(), names.end(),
+                     [&prefix](const char* name) { return option_value("-" + prefix + name).has_value(); });
 }
 
 bool asks_for_entries(const std::string& prefix) {
@@ -407,10 +358,9 @@ bool asks_for_entries(const std::string& prefix) {
 }
 
 void set_definite(Mat matrix) {
-  PetscBool lacks_option = PETSC_FALSE;  // in PETSc 3.18, which refuses it
-  check(PetscObjectTypeCompareAny(reinterpret_cast<PetscObject>(matrix), &lacks_option, MATMPIBAIJ, MATMPISBAIJ, ""));
-  check(MatSetOption(matrix, lacks_option == PETSC_TRUE ? MAT_SYMMETRIC : MAT_SPD, PETSC_TRUE));
-  check(MatSetOption(matrix, lacks_option == PETSC_TRUE ? MAT_SYMMETRY_ETERNAL : MAT_SPD_ETERNAL, PETSC_TRUE));
+  const bool lacks_option = has_type(matrix, {MATMPIBAIJ, MATMPISBAIJ});  // in PETSc 3.18, which refuses it
+  check(MatSetOption(matrix, lacks_option ? MAT_SYMMETRIC : MAT_SPD, PETSC_TRUE));
+  check(MatSetOption(matrix, lacks_option ? MAT_SYMMETRY_ETERNAL : MAT_SPD_ETERNAL, PETSC_TRUE));
 }
 
 void set_matrix_options(Mat matrix, const std::string& prefix) {
@@ -427,28 +377,23 @@ void set_matrix_options(Mat matrix, const std::string& prefix) {
 KspHandle make_ksp(Mat matrix, Mat preconditioning, const std::string& prefix, const KspDefaults& defaults) {
   KspHandle ksp;
   PC pc = nullptr;
-  MatType matrix_type = nullptr;
   int ranks = 1;
-  MPI_Comm comm = PetscObjectComm(reinterpret_cast<PetscObject>(matrix));
-  MPI_Comm_size(comm, &ranks);
-  check(KSPCreate(comm, ksp.create()));
+  MPI_Comm_size(comm_of(matrix), &ranks);
+  check(KSPCreate(comm_of(matrix), ksp.create()));
   check(KSPSetOptionsPrefix(ksp, prefix.c_str()));
   check(KSPSetOperators(ksp, matrix, preconditioning));
   check(KSPSetType(ksp, defaults.type));
   check(KSPSetTolerances(ksp, defaults.rtol, PETSC_DEFAULT, defaults.divtol, defaults.max_iterations));
   check(KSPCGUseSingleReduction(ksp, defaults.single_reduction ? PETSC_TRUE : PETSC_FALSE));
   check(KSPGetPC(ksp, &pc));
-  check(MatGetType(preconditioning, &matrix_type));
-  const bool matrix_free = is(matrix_type, MATSHELL);
-  PetscBool has_blocks = PETSC_FALSE;  // of its diagonal
-  check(MatHasOperation(preconditioning, MATOP_INVERT_BLOCK_DIAGONAL, &has_blocks));
+  const bool matrix_free = has_type(preconditioning, {MATSHELL});
+  const bool has_blocks = has_operation(preconditioning, MATOP_INVERT_BLOCK_DIAGONAL);  // of its diagonal
   // A shell with blocks is a tangent; for a tangent rigid patches can be a level.
   const auto has_matrix_free = [&](PCType type) {
     return is_own_type(type) ? offers_preconditioner(preconditioning, type)
-                             : is(type, PCNONE) || is(type, PCJACOBI) ||
-                                   (has_blocks == PETSC_TRUE && (is(type, PCPBJACOBI) || is(type, PCMG)));
+                             : is(type, {PCNONE, PCJACOBI}) || (has_blocks && is(type, {PCPBJACOBI, PCMG}));
   };
-  const PCType matrix_free_default = has_blocks == PETSC_TRUE ? PCPBJACOBI : PCJACOBI;
+  const PCType matrix_free_default = has_blocks ? PCPBJACOBI : PCJACOBI;
   check(PCSetType(
       pc, matrix_free && !has_matrix_free(defaults.preconditioner) ? matrix_free_default : defaults.preconditioner));
   check(KSPInitializePackage());
@@ -474,45 +419,40 @@ KspHandle make_ksp(Mat matrix, Mat preconditioning, const std::string& prefix, c
   }
   if (matrix_free && !has_matrix_free(type)) {
     throw Error(given_name(prefix, "pc_type") + " " + type +
-                std::string(": a matrix-free operator has only its diagonal, expected ") +
-                (has_blocks == PETSC_TRUE ? "mg, " : "") + "none" + (has_blocks == PETSC_TRUE ? ", pbjacobi" : "") +
-                " or jacobi");
+                ": a matrix-free operator has only its diagonal, expected " +
+                (has_blocks ? "mg, none, pbjacobi" : "none") + " or jacobi");
   }
-  PetscBool use_amat = PETSC_FALSE;
-  check(PetscOptionsHasName(nullptr, prefix.c_str(), "-pc_use_amat", &use_amat));
-  if (use_amat == PETSC_FALSE && !is(type, PCMG) && !is(type, PCGAMG) && !is(type, PCML)) {
+  if (!any_is_given(prefix, {"pc_use_amat"}) && !is(type, {PCMG, PCGAMG, PCML})) {
     check(PCSetUseAmat(pc, PETSC_FALSE));  // Multigrid sets it, and leaves it to a type chosen in its place.
   }
-  if (is(type, PCASM)) {  // PETSc's default, the restricted kind, is not symmetric, as conjugate gradients need it.
-    if (!option_value("-" + prefix + "pc_asm_type")) {
-      check(PCASMSetType(pc, PC_ASM_BASIC));
-    }
+  // PETSc's default, the restricted kind, is not symmetric, as conjugate gradients need it.
+  if (is(type, {PCASM}) && !option_value("-" + prefix + "pc_asm_type")) {
+    check(PCASMSetType(pc, PC_ASM_BASIC));
   }
-  if (is(type, PCFIELDSPLIT) && !option_value("-" + prefix + "pc_fieldsplit_type")) {  // Likewise.
+  if (is(type, {PCFIELDSPLIT}) && !option_value("-" + prefix + "pc_fieldsplit_type")) {  // Likewise.
     check(PCFieldSplitSetType(pc, PC_COMPOSITE_SYMMETRIC_MULTIPLICATIVE));
   }
   if (!matrix_free) {
     require_available(type, matrix, preconditioning, prefix);
   }
-  if (ranks > 1 && (is(type, PCICC) || is(type, PCILU))) {
-    make_parallel(ksp, pc, type);
-  }
   save_systems(ksp, prefix);
   make_stoppable(ksp);
+  if (ranks > 1 && is(type, {PCICC, PCILU})) {  // PETSc has them for one rank only.
+    stoppable_test(ksp)->block_type = is(type, {PCILU}) ? PCILU : PCICC;
+    check(PCSetType(pc, PCBJACOBI));
+  }
   return ksp;
 }
 
 std::string fault_of_solution(Mat matrix, Mat preconditioning, Vec right_hand_side, Vec solution,
                               const LinearNeed& need) {
   VecHandle work;
-  PetscBool has_diagonal = PETSC_FALSE;
   double size = 0;
   double wanted = 0;
   double reached = 0;
   double left = 0;
   check(VecDuplicate(right_hand_side, work.create()));
-  check(MatHasOperation(preconditioning, MATOP_GET_DIAGONAL, &has_diagonal));
-  if (has_diagonal == PETSC_TRUE) {
+  if (has_operation(preconditioning, MATOP_GET_DIAGONAL)) {
     check(MatGetDiagonal(preconditioning, work));
     check(VecNorm(work, NORM_INFINITY, &size));
   }
@@ -532,9 +472,16 @@ std::string fault_of_solution(Mat matrix, Mat preconditioning, Vec right_hand_si
 LinearResult solve(KSP ksp, Vec right_hand_side, Vec solution, const LinearNeed* need) {
   LinearResult result;
   PetscInt iterations = 0;
-  leave_before_solve(ksp);
+  StoppableTest* own = stoppable_test(ksp);
+  if (own != nullptr) {
+    own->stop.pass();
+  }
+  leave_if_stopped();  // Making the preconditioner may take long.
   try {
-    set_block_type(ksp);
+    if (own != nullptr && own->block_type != nullptr) {
+      set_blocks(ksp, own->block_type);
+      own->block_type = nullptr;
+    }
     give_mumps_room(ksp);
     check(KSPSolve(ksp, right_hand_side, solution));
     own_solution(ksp, solution);
@@ -557,9 +504,7 @@ LinearResult solve(KSP ksp, Vec right_hand_side, Vec solution, const LinearNeed*
   // The latter two end the search in a trust region; they are not solutions.
   result.converged = reason > 0 && reason != KSP_CONVERGED_CG_NEG_CURVE && reason != KSP_CONVERGED_CG_CONSTRAINED;
   if (!result.converged) {
-    result.refuse(failure_of(reason), "the linear solver " + prefix_of(ksp) + " did not converge (" +
-                                          KSPConvergedReasons[reason] + " after " + std::to_string(iterations) +
-                                          " iterations" + words_of(reason, ksp) + ")");
+    refuse(result, ksp);
   } else if (reason == KSP_CONVERGED_ITS ||  // It has tested nothing: the preconditioner alone, or no norm.
              (need != nullptr && reason != KSP_CONVERGED_RTOL)) {
     Mat matrix = nullptr;

@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <initializer_list>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -46,6 +47,12 @@ constexpr PetscInt mumps_room_setting = 14;  ///< MUMPS' number of this setting
 /// @throws Error that names the option: a type or solver package that PETSc does not have, or that the matrix does not
 /// allow, or a tolerance that is no tolerance
 KspHandle make_ksp(Mat matrix, Mat preconditioning, const std::string& prefix, const KspDefaults& defaults);
+
+/// The prefix of a solver's options.
+std::string prefix_of(KSP ksp);
+
+/// The value of an option of PETSc, if it is given. @param name such as "-heat_ksp_type"
+std::optional<std::string> option_value(const std::string& name);
 
 /// Whether any of PETSc's options of a prefix is given. @param names such as "ksp_type"
 bool any_is_given(const std::string& prefix, std::initializer_list<const char*> names);

@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-#include "linear/low_rank_system.h"
+#include "linear/bordered_system.h"
 
 namespace pellicle {
 inline namespace linear {
@@ -14,19 +14,10 @@ inline namespace linear {
 /// replaced by the system's own A, with rho g g^T of that column, and r is changed accordingly: the solution is the
 /// same, and A stays positive definite even where T' is so only on the x with g^T x = 0. rho is the column's
 /// coefficient.
-///
-/// A vector of the bordered system has the rows of T, and one more after those of rank 0.
-class LoadBorder {
+class LoadBorder : public Border {
  public:
   /// Collective. @param part must outlive the border
   explicit LoadBorder(LowRankSystem& part);
-  LoadBorder(const LoadBorder&) = delete;  // The matrix points to this object.
-  LoadBorder& operator=(const LoadBorder&) = delete;
-
-  /// The system's matrix, as a product with vectors.
-  Mat matrix() const { return matrix_; }
-  /// Rows of the border on this rank: one on rank 0.
-  PetscInt border_rows() const { return rank_ == 0 ? 1 : 0; }
 
   /// Sets l and S. @param load l of the owned rows @param scale S
   void update(const Eigen::VectorXd& load, double scale);
@@ -34,22 +25,13 @@ class LoadBorder {
   /// Solves; there is no solution if g^T A^-1 l is 0. Collective.
   LinearResult solve(Vec right_hand_side, Vec solution);
 
-  /// The border's entry of a vector, on every rank. Collective.
-  double border_value(Vec vector) const;
-
  private:
-  void multiply(Vec x, Vec y);
-  Eigen::Index rows() const { return part_.rows(); }
+  void multiply(Vec x, Vec y) override;
   int last() const { return part_.count() - 1; }
 
-  LowRankSystem& part_;
-  int rank_ = 0;
-  MatHandle matrix_;
   Eigen::VectorXd load_;  ///< l
   double scale_ = 1;      ///< S
-  VecHandle part_right_hand_side_;
-  VecHandle part_solution_;
-  VecHandle influence_;  ///< A^-1 l
+  VecHandle influence_;   ///< A^-1 l
 };
 
 }  // namespace linear

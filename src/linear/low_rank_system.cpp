@@ -16,15 +16,12 @@ LowRankSystem::LowRankSystem(Mat sparse, int columns, const std::string& prefix,
   check(MatGetLocalSize(sparse, &rows_, nullptr));
   low_rank_ = LowRank(Eigen::SparseMatrix<double>(rows_, columns), Eigen::VectorXd::Zero(columns));
   if (columns > 0) {
-    const MPI_Comm comm = PetscObjectComm(reinterpret_cast<PetscObject>(sparse));
-    check(MatCreateShell(comm, rows_, rows_, PETSC_DETERMINE, PETSC_DETERMINE, this, matrix_.create()));
+    check(MatCreateShell(comm_of(sparse), rows_, rows_, PETSC_DETERMINE, PETSC_DETERMINE, this, matrix_.create()));
     set_symmetric_product<&LowRankSystem::multiply>(matrix_);
     check(MatCreateVecs(sparse, projected_.create(), nullptr));
   }
   solver_ = make_ksp(matrix(), sparse, prefix, defaults);
-  PetscBool is_direct = PETSC_FALSE;
-  check(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(KSP(solver_)), KSPPREONLY, &is_direct));
-  solves_sparse_alone_ = columns > 0 && is_direct == PETSC_TRUE;
+  solves_sparse_alone_ = columns > 0 && has_type(solver(), {KSPPREONLY});
   if (solves_sparse_alone_) {
     check(KSPSetOperators(solver_, sparse, sparse));
   }
@@ -47,7 +44,7 @@ void LowRankSystem::make_basis() {
   }
   const Eigen::MatrixXd columns = low_rank_.columns(constrained_);
   Eigen::MatrixXd products = columns.transpose() * columns;
-  sum_over_ranks(PetscObjectComm(reinterpret_cast<PetscObject>(sparse_)), products);
+  sum_over_ranks(comm_of(sparse_), products);
   held_products_.compute(products);
   basis_.setZero(rows_, columns.cols());
   if (held_products_.info() == Eigen::Success) {
@@ -73,21 +70,15 @@ void LowRankSystem::multiply(Vec x, Vec y) {
 void LowRankSystem::multiply_whole(Vec x, Vec y) const {
   check(MatMult(sparse_, x, y));
   const Eigen::VectorXd weights = low_rank_.coefficients.cwiseProduct(column_products({x}).col(0));
-  double* values = nullptr;
-  check(VecGetArray(y, &values));
   const Eigen::VectorXd mixed = low_rank_.mixing * weights;
-  Eigen::Map<Eigen::VectorXd>(values, rows_).noalias() += low_rank_.sparse * mixed;
-  check(VecRestoreArray(y, &values));
+  VecValues{y}.noalias() += low_rank_.sparse * mixed;
 }
 
 Eigen::VectorXd LowRankSystem::project(Vec x) const {
-  double* values = nullptr;
-  check(VecGetArray(x, &values));
-  Eigen::Map<Eigen::VectorXd> own(values, rows_);
+  VecValues own(x);
   Eigen::VectorXd components = basis_.transpose() * own;
-  sum_over_ranks(PetscObjectComm(reinterpret_cast<PetscObject>(sparse_)), components);
+  sum_over_ranks(comm_of(sparse_), components);
   own.noalias() -= basis_ * components;
-  check(VecRestoreArray(x, &values));
   return components;
 }
 
@@ -95,10 +86,8 @@ Eigen::VectorXd LowRankSystem::project(Vec x) const {
 std::vector<KSP> LowRankSystem::solvers() const {
   std::vector<KSP> solvers{solver_};
   PC pc = nullptr;
-  PetscBool is_multigrid = PETSC_FALSE;
   check(KSPGetPC(solver_, &pc));
-  check(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(pc), PCMG, &is_multigrid));
-  if (is_multigrid == PETSC_TRUE) {
+  if (has_type(pc, {PCMG})) {
     PetscInt levels = 0;
     check(PCMGGetLevels(pc, &levels));
     check(PCMGGetSmoother(pc, levels - 1, &solvers.emplace_back()));
@@ -118,7 +107,7 @@ void LowRankSystem::forget_pattern() {
   // PETSc asks for the count of a matrix's patterns, which need not be larger in the new one. It forgets the count with
   // the matrix.
   MatHandle other;
-  check(MatCreateShell(PetscObjectComm(reinterpret_cast<PetscObject>(sparse_)), rows_, rows_, PETSC_DETERMINE,
+  check(MatCreateShell(comm_of(sparse_), rows_, rows_, PETSC_DETERMINE,
                        PETSC_DETERMINE, nullptr, other.create()));
   for (KSP solver : solvers()) {
     Mat system = nullptr;
@@ -168,10 +157,8 @@ LinearResult LowRankSystem::solve_by_woodbury(Vec right_hand_side, Vec solution)
   check(VecMAXPY(solution, count(), weights.data(), vectors.data()));
   const std::string fault = fault_of_solution(matrix_, sparse_, right_hand_side, solution, {rtol_});
   if (!fault.empty()) {
-    const char* prefix = nullptr;
-    check(KSPGetOptionsPrefix(solver_, &prefix));
     result.refuse(Solved::no,
-                  std::string("the linear solver ") + prefix + " with the low-rank part does not solve: " + fault);
+                  "the linear solver " + prefix_of(solver_) + " with the low-rank part does not solve: " + fault);
   }
   return result;
 }
@@ -179,13 +166,9 @@ LinearResult LowRankSystem::solve_by_woodbury(Vec right_hand_side, Vec solution)
 Eigen::MatrixXd LowRankSystem::column_products(const std::vector<Vec>& vectors) const {
   Eigen::MatrixXd products(count(), vectors.size());
   for (std::size_t column = 0; column < vectors.size(); ++column) {
-    const double* values = nullptr;
-    check(VecGetArrayRead(vectors[column], &values));
-    products.col(static_cast<Eigen::Index>(column)) =
-        low_rank_.transposed_times(Eigen::Map<const Eigen::VectorXd>(values, rows_));
-    check(VecRestoreArrayRead(vectors[column], &values));
+    products.col(static_cast<Eigen::Index>(column)) = low_rank_.transposed_times(ConstVecValues{vectors[column]});
   }
-  sum_over_ranks(PetscObjectComm(reinterpret_cast<PetscObject>(sparse_)), products);
+  sum_over_ranks(comm_of(sparse_), products);
   return products;
 }
 

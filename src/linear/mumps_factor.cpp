@@ -1,6 +1,7 @@
 #include "linear/mumps_factor.h"
 
 #include <dmumps_c.h>
+#include <fmt/format.h>
 #include <petscsys.h>
 
 #include <algorithm>
@@ -97,10 +98,7 @@ MumpsFactor::MumpsFactor(std::vector<int> rows, std::vector<int> columns, int si
   data.nrhs = 1;
   data.lrhs = size_;
   run(Instance::analyse);
-  if (mumps_->result(1) < 0) {
-    throw Error("MUMPS cannot order the unknowns: its error " + std::to_string(mumps_->result(1)) + ", " +
-                std::to_string(mumps_->result(2)));
-  }
+  throw_if_failed("order the unknowns");
 }
 
 /// Position of each unknown in the order of elimination, from 1.
@@ -141,9 +139,12 @@ void MumpsFactor::run(int job) {
 void MumpsFactor::solve(int phase) {
   mumps_->setting(26) = phase;
   run(Instance::solve);
+  throw_if_failed("solve with its factor");
+}
+
+void MumpsFactor::throw_if_failed(const char* job) const {
   if (mumps_->result(1) < 0) {
-    throw Error("MUMPS cannot solve with its factor: its error " + std::to_string(mumps_->result(1)) + ", " +
-                std::to_string(mumps_->result(2)));
+    throw Error(fmt::format("MUMPS cannot {}: its error {}, {}", job, mumps_->result(1), mumps_->result(2)));
   }
 }
 

@@ -45,6 +45,7 @@ class MumpsFactor {
  private:
   struct Instance;
   void run(int job);
+  void throw_if_failed(const char* job) const;
   void solve(int phase);
   std::vector<int> order() const;
   bool is_empty() const { return size_ == border_; }

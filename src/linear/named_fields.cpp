@@ -1,5 +1,6 @@
 #include "linear/named_fields.h"
 
+#include <fmt/format.h>
 #include <petscdmshell.h>
 
 #include "base/error.h"
@@ -8,6 +9,15 @@ namespace pellicle {
 inline namespace linear {
 
 namespace {
+
+/// The components' names, then the border's.
+std::vector<std::string> names_of(const NamedFields& fields) {
+  std::vector<std::string> names = fields.components;
+  if (!fields.border.empty()) {
+    names.push_back(fields.border);
+  }
+  return names;
+}
 
 /// The rows of each field, made on request.
 PetscErrorCode split_by_fields(DM dm, PetscInt* count, char*** names, IS** rows, DM** dms) {
@@ -21,33 +31,21 @@ PetscErrorCode split_by_fields(DM dm, PetscInt* count, char*** names, IS** rows,
     check(DMShellGetGlobalVector(dm, &vector));
     check(VecGetOwnershipRange(vector, &first, &end));
     end -= fields.border_rows;
-    std::vector<std::string> all = fields.components;
-    const auto components = static_cast<PetscInt>(all.size());
-    if (!fields.border.empty()) {
-      all.push_back(fields.border);
-    }
+    const std::vector<std::string> all = names_of(fields);
+    const auto components = static_cast<PetscInt>(fields.components.size());
     *count = static_cast<PetscInt>(all.size());
     check(PetscMalloc1(*count, names));
     check(PetscMalloc1(*count, rows));
     if (dms != nullptr) {
       *dms = nullptr;
     }
-    const MPI_Comm comm = PetscObjectComm(reinterpret_cast<PetscObject>(dm));
     for (PetscInt field = 0; field < *count; ++field) {
       check(PetscStrallocpy(all[field].c_str(), &(*names)[field]));
       const bool is_border = field == components;
-      check(ISCreateStride(comm, is_border ? fields.border_rows : (end - first) / components,
+      check(ISCreateStride(comm_of(dm), is_border ? fields.border_rows : (end - first) / components,
                            is_border ? end : first + field, is_border ? 1 : components, &(*rows)[field]));
     }
   });
-}
-
-std::string words(const NamedFields& fields) {
-  std::string names;
-  for (const std::string& name : fields.components) {
-    names += (names.empty() ? "" : ", ") + name;
-  }
-  return names + (fields.border.empty() ? "" : ", " + fields.border);
 }
 
 }  // namespace
@@ -55,7 +53,7 @@ std::string words(const NamedFields& fields) {
 DmHandle make_dm(Mat matrix, const std::string& prefix, const NamedFields& fields) {
   DmHandle dm;
   VecHandle vector;
-  check(DMShellCreate(PetscObjectComm(reinterpret_cast<PetscObject>(matrix)), dm.create()));
+  check(DMShellCreate(comm_of(matrix), dm.create()));
   check(DMSetOptionsPrefix(dm, prefix.c_str()));
   check(MatCreateVecs(matrix, vector.create(), nullptr));
   check(DMShellSetGlobalVector(dm, vector));
@@ -66,7 +64,8 @@ DmHandle make_dm(Mat matrix, const std::string& prefix, const NamedFields& field
     return PetscErrorCode(0);
   }));
   check(DMShellSetCreateFieldDecomposition(dm, split_by_fields));
-  check(PetscObjectSetName(reinterpret_cast<PetscObject>(DM(dm)), words(fields).c_str()));
+  const std::string words = fmt::format("{}", fmt::join(names_of(fields), ", "));
+  check(PetscObjectSetName(reinterpret_cast<PetscObject>(DM(dm)), words.c_str()));
   check(DMSetFromOptions(dm));
   check(DMViewFromOptions(dm, nullptr, "-dm_view"));
   return dm;

@@ -13,8 +13,7 @@ namespace {
 
 /// Refuses nonlinear solvers and Jacobians that would bypass those of the problem, or its line search.
 void require_known(const std::string& prefix, const std::string& own_tangent) {
-  char type[64] = SNESNEWTONLS;
-  check(PetscOptionsGetString(nullptr, prefix.c_str(), "-snes_type", type, sizeof type, nullptr));
+  const std::string type = option_value("-" + prefix + "snes_type").value_or(SNESNEWTONLS);
   const std::vector<std::string> known{SNESNEWTONLS, SNESNEWTONTR, SNESKSPONLY};
   if (std::find(known.begin(), known.end(), type) == known.end()) {
     throw Error("-" + prefix + "snes_type " + type +
@@ -31,12 +30,100 @@ void require_known(const std::string& prefix, const std::string& own_tangent) {
 
 }  // namespace
 
+/// What PETSc calls; its context is the object.
+struct Newton::Callbacks {
+  static PetscErrorCode residual(SNES, Vec position, Vec residual, void* context) {
+    return as_petsc_callback([&] {
+      auto& self = *static_cast<Newton*>(context);
+      self.problem_.residual(position, residual);
+      if (!std::exchange(self.has_begun_, true)) {
+        check(VecNorm(residual, NORM_2, &self.result_.start_residual));
+      }
+    });
+  }
+
+  static PetscErrorCode jacobian(SNES, Vec position, Mat, Mat, void* context) {
+    return as_petsc_callback([&] { static_cast<Newton*>(context)->problem_.update_jacobian(position); });
+  }
+
+  static PetscErrorCode solve(PC pc, Vec residual, Vec descent) {
+    return as_petsc_callback([&] {
+      Newton* self = nullptr;
+      KSP outer = nullptr;
+      NewtonRequest request;
+      check(PCShellGetContext(pc, &self));
+      check(SNESGetKSP(self->snes_, &outer));
+      check(KSPGetTolerances(outer, &request.rtol, nullptr, nullptr, nullptr));
+      check(KSPGetReusePreconditioner(outer, &request.reuses_preconditioner));
+      LinearResult solved;
+      try {
+        solved = self->problem_.solve(residual, descent, request);
+      } catch (const Stopped&) {
+        check(PCSetFailedReason(pc, PC_SUBPC_ERROR));  // SNES ends, and `solve` leaves off.
+        return;
+      } catch (const Error& error) {
+        self->bad_options_ = error.what();
+        throw;
+      }
+      self->result_.linear_iterations += solved.iterations;
+      self->result_.linear_failure = solved.reason;
+      check(PCSetFailedReason(pc, solved.converged ? PC_NOERROR : PC_SUBPC_ERROR));
+    });
+  }
+
+  static PetscErrorCode search(SNESLineSearch search, void* context) {
+    return as_petsc_callback([&] {
+      SNES snes = nullptr;
+      NewtonStep step{};
+      check(SNESLineSearchGetVecs(search, &step.position, &step.residual, &step.descent, &step.trial, nullptr));
+      check(SNESLineSearchGetSNES(search, &snes));
+      const std::optional<double> fraction = static_cast<Newton*>(context)->problem_.search(step);
+      if (fraction) {
+        check(VecWAXPY(step.trial, -*fraction, step.descent, step.position));
+        check(VecCopy(step.trial, step.position));
+        check(SNESComputeFunction(snes, step.position, step.residual));
+        check(SNESLineSearchSetLambda(search, *fraction));
+        check(SNESLineSearchComputeNorms(search));
+      }
+      check(SNESLineSearchSetReason(search, fraction ? SNES_LINESEARCH_SUCCEEDED : SNES_LINESEARCH_FAILED_REDUCT));
+    });
+  }
+
+  /// Like SNESConvergedDefault, but with the problem's scale in place of the norm at the start, and with its rounding;
+  /// also ends the method at a StopPoint.
+  static PetscErrorCode convergence(SNES snes, PetscInt iteration, PetscReal position_norm, PetscReal step_norm,
+                                    PetscReal norm, SNESConvergedReason* reason, void* context) {
+    return as_petsc_callback([&] {
+      check(SNESConvergedDefault(snes, iteration, position_norm, step_norm, norm, reason, nullptr));
+      auto& self = *static_cast<Newton*>(context);
+      const NewtonProblem& problem = self.problem_;
+      if (*reason == SNES_CONVERGED_ITERATING && problem.rounding && norm <= problem.rounding()) {
+        *reason = SNES_CONVERGED_FNORM_ABS;
+      }
+      if (problem.scale && iteration > 0 &&
+          (*reason == SNES_CONVERGED_ITERATING || *reason == SNES_CONVERGED_FNORM_RELATIVE)) {
+        PetscReal rtol = 0;
+        PetscReal stol = 0;
+        check(SNESGetTolerances(snes, nullptr, &rtol, &stol, nullptr, nullptr));
+        if (norm <= rtol * problem.scale()) {
+          *reason = SNES_CONVERGED_FNORM_RELATIVE;
+        } else {
+          *reason = step_norm < stol * position_norm ? SNES_CONVERGED_SNORM_RELATIVE : SNES_CONVERGED_ITERATING;
+        }
+      }
+      if (*reason == SNES_CONVERGED_ITERATING && self.stop_.pass()) {
+        *reason = SNES_DIVERGED_INNER;  // `solve` leaves off.
+      }
+    });
+  }
+};
+
 Newton::Newton(Mat system, const std::string& prefix, NewtonProblem problem, const NewtonDefaults& defaults)
     : prefix_(prefix), problem_(std::move(problem)) {
   require_known(prefix, defaults.own_tangent);
   KSP outer = nullptr;
   PC pc = nullptr;
-  check(SNESCreate(PetscObjectComm(reinterpret_cast<PetscObject>(system)), snes_.create()));
+  check(SNESCreate(comm_of(system), snes_.create()));
   check(SNESSetOptionsPrefix(snes_, prefix.c_str()));
   check(SNESGetKSP(snes_, &outer));  // Its own: in one that it is given Eisenstat and Walker's tolerances are not set.
   check(KSPSetOptionsPrefix(outer, (prefix + "newton_").c_str()));
@@ -45,19 +132,19 @@ Newton::Newton(Mat system, const std::string& prefix, NewtonProblem problem, con
   check(KSPGetPC(outer, &pc));
   check(PCSetType(pc, PCSHELL));
   check(PCShellSetContext(pc, this));
-  check(PCShellSetApply(pc, solve_callback));
+  check(PCShellSetApply(pc, Callbacks::solve));
   check(SNESSetDM(snes_, make_dm(system, prefix, defaults.fields)));
   check(MatCreateVecs(system, residual_.create(), nullptr));
-  check(SNESSetJacobian(snes_, system, system, jacobian_callback, this));
-  check(SNESSetFunction(snes_, residual_, residual_callback, this));
+  check(SNESSetJacobian(snes_, system, system, Callbacks::jacobian, this));
+  check(SNESSetFunction(snes_, residual_, Callbacks::residual, this));
   check(SNESSetTolerances(snes_, defaults.atol, defaults.rtol, defaults.stol, defaults.max_iterations, PETSC_DEFAULT));
   SNESLineSearch search = nullptr;
   check(SNESGetLineSearch(snes_, &search));
   check(SNESLineSearchSetType(search, problem_.search ? SNESLINESEARCHSHELL : SNESLINESEARCHBASIC));
   if (problem_.search) {
-    check(SNESLineSearchShellSetUserFunc(search, search_callback, this));
+    check(SNESLineSearchShellSetUserFunc(search, Callbacks::search, this));
   }
-  check(SNESSetConvergenceTest(snes_, convergence_callback, this, nullptr));
+  check(SNESSetConvergenceTest(snes_, Callbacks::convergence, this, nullptr));
   run_solver(prefix, [&] { check(SNESSetFromOptions(snes_)); });
 }
 
@@ -81,97 +168,6 @@ NewtonResult Newton::solve(Vec position) {
   check(SNESGetFunctionNorm(snes_, &result_.residual));
   result_.iterations = static_cast<int>(iterations);
   return result_;
-}
-
-bool Newton::search(SNESLineSearch search) {
-  SNES snes = nullptr;
-  NewtonStep step{};
-  check(SNESLineSearchGetVecs(search, &step.position, &step.residual, &step.descent, &step.trial, nullptr));
-  check(SNESLineSearchGetSNES(search, &snes));
-  const std::optional<double> fraction = problem_.search(step);
-  if (!fraction) {
-    return false;
-  }
-  check(VecWAXPY(step.trial, -*fraction, step.descent, step.position));
-  check(VecCopy(step.trial, step.position));
-  check(SNESComputeFunction(snes, step.position, step.residual));
-  check(SNESLineSearchSetLambda(search, *fraction));
-  check(SNESLineSearchComputeNorms(search));
-  return true;
-}
-
-PetscErrorCode Newton::residual_callback(SNES, Vec position, Vec residual, void* context) {
-  return as_petsc_callback([&] {
-    auto& self = *static_cast<Newton*>(context);
-    self.problem_.residual(position, residual);
-    if (!std::exchange(self.has_begun_, true)) {
-      check(VecNorm(residual, NORM_2, &self.result_.start_residual));
-    }
-  });
-}
-
-PetscErrorCode Newton::jacobian_callback(SNES, Vec position, Mat, Mat, void* context) {
-  return as_petsc_callback([&] { static_cast<Newton*>(context)->problem_.update_jacobian(position); });
-}
-
-PetscErrorCode Newton::solve_callback(PC pc, Vec residual, Vec descent) {
-  return as_petsc_callback([&] {
-    Newton* self = nullptr;
-    KSP outer = nullptr;
-    NewtonRequest request;
-    check(PCShellGetContext(pc, &self));
-    check(SNESGetKSP(self->snes_, &outer));
-    check(KSPGetTolerances(outer, &request.rtol, nullptr, nullptr, nullptr));
-    check(KSPGetReusePreconditioner(outer, &request.reuses_preconditioner));
-    LinearResult solved;
-    try {
-      solved = self->problem_.solve(residual, descent, request);
-    } catch (const Stopped&) {
-      check(PCSetFailedReason(pc, PC_SUBPC_ERROR));  // SNES ends, and `solve` leaves off.
-      return;
-    } catch (const Error& error) {
-      self->bad_options_ = error.what();
-      throw;
-    }
-    self->result_.linear_iterations += solved.iterations;
-    self->result_.linear_failure = solved.reason;
-    check(PCSetFailedReason(pc, solved.converged ? PC_NOERROR : PC_SUBPC_ERROR));
-  });
-}
-
-/// Like SNESConvergedDefault, but with the problem's scale in place of the norm at the start, and with its rounding;
-/// also ends the method at a StopPoint.
-PetscErrorCode Newton::convergence_callback(SNES snes, PetscInt iteration, PetscReal position_norm, PetscReal step_norm,
-                                            PetscReal norm, SNESConvergedReason* reason, void* context) {
-  return as_petsc_callback([&] {
-    check(SNESConvergedDefault(snes, iteration, position_norm, step_norm, norm, reason, nullptr));
-    auto& self = *static_cast<Newton*>(context);
-    const NewtonProblem& problem = self.problem_;
-    if (*reason == SNES_CONVERGED_ITERATING && problem.rounding && norm <= problem.rounding()) {
-      *reason = SNES_CONVERGED_FNORM_ABS;
-    }
-    if (problem.scale && iteration > 0 &&
-        (*reason == SNES_CONVERGED_ITERATING || *reason == SNES_CONVERGED_FNORM_RELATIVE)) {
-      PetscReal rtol = 0;
-      PetscReal stol = 0;
-      check(SNESGetTolerances(snes, nullptr, &rtol, &stol, nullptr, nullptr));
-      if (norm <= rtol * problem.scale()) {
-        *reason = SNES_CONVERGED_FNORM_RELATIVE;
-      } else {
-        *reason = step_norm < stol * position_norm ? SNES_CONVERGED_SNORM_RELATIVE : SNES_CONVERGED_ITERATING;
-      }
-    }
-    if (*reason == SNES_CONVERGED_ITERATING && self.stop_.pass()) {
-      *reason = SNES_DIVERGED_INNER;  // `solve` leaves off.
-    }
-  });
-}
-
-PetscErrorCode Newton::search_callback(SNESLineSearch search, void* context) {
-  return as_petsc_callback([&] {
-    const bool found = static_cast<Newton*>(context)->search(search);
-    check(SNESLineSearchSetReason(search, found ? SNES_LINESEARCH_SUCCEEDED : SNES_LINESEARCH_FAILED_REDUCT));
-  });
 }
 
 }  // namespace linear

@@ -86,14 +86,7 @@ class Newton {
   Vec residual() const { return residual_; }
 
  private:
-  static PetscErrorCode residual_callback(SNES snes, Vec position, Vec residual, void* context);
-  static PetscErrorCode jacobian_callback(SNES snes, Vec position, Mat amat, Mat pmat, void* context);
-  static PetscErrorCode solve_callback(PC pc, Vec residual, Vec descent);
-  static PetscErrorCode search_callback(SNESLineSearch search, void* context);
-  static PetscErrorCode convergence_callback(SNES snes, PetscInt iteration, PetscReal position_norm,
-                                             PetscReal step_norm, PetscReal norm, SNESConvergedReason* reason,
-                                             void* context);
-  bool search(SNESLineSearch search);
+  struct Callbacks;
 
   std::string prefix_;
   NewtonProblem problem_;

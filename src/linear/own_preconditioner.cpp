@@ -85,7 +85,7 @@ void offer_preconditioner(Mat matrix, const std::string& type, const OwnPrecondi
     check(PCRegister(type.c_str(), create));
   }
   Handle<PetscContainer, PetscContainerDestroy> container;
-  check(PetscContainerCreate(PetscObjectComm(reinterpret_cast<PetscObject>(matrix)), container.create()));
+  check(PetscContainerCreate(comm_of(matrix), container.create()));
   check(PetscContainerSetPointer(container, const_cast<OwnPreconditioner*>(&offered)));
   check(PetscObjectCompose(reinterpret_cast<PetscObject>(matrix), key_of(type).c_str(),
                            reinterpret_cast<PetscObject>(PetscContainer(container))));

@@ -1,6 +1,7 @@
 #include "linear/rank_interface.h"
 
 #include <algorithm>
+#include <numeric>
 
 namespace pellicle {
 inline namespace linear {
@@ -29,10 +30,8 @@ int RankInterface::number(PetscInt row) const {
 void RankInterface::set_border(const std::vector<int>& border, int width) {
   border_ = border;
   width_ = width;
-  std::vector<int> loaded;
-  for (std::size_t k = 0; k < own_.size(); ++k) {
-    loaded.push_back(own_first_ + static_cast<int>(k));
-  }
+  std::vector<int> loaded(own_.size());
+  std::iota(loaded.begin(), loaded.end(), own_first_);
   loaded.insert(loaded.end(), border.begin(), border.end());
   loads_.resize(static_cast<std::size_t>(width) * loaded.size());
   gatherer_ = Gatherer(comm_, loads_.size());
@@ -47,9 +46,10 @@ void RankInterface::sum(const double* own, const double* on_border, Eigen::Vecto
   std::copy_n(on_border, static_cast<std::size_t>(width_) * border_.size(), to);
   gatherer_.gather(loads_.data(), all_loads_);
   result.setZero(static_cast<Eigen::Index>(width_) * size());
-  for (std::size_t k = 0; k < loaded_.size(); ++k) {
+  const double* load = all_loads_.data();
+  for (const int row : loaded_) {
     for (int c = 0; c < width_; ++c) {
-      result[width_ * loaded_[k] + c] += all_loads_[static_cast<std::size_t>(width_) * k + static_cast<std::size_t>(c)];
+      result[width_ * row + c] += *load++;
     }
   }
 }

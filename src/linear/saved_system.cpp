@@ -1,9 +1,7 @@
 #include "linear/saved_system.h"
 
-#include <petsctime.h>
 #include <petscviewer.h>
 
-#include <cstdio>
 #include <fstream>
 
 #include "base/error.h"
@@ -17,46 +15,30 @@ namespace {
 
 using ViewerHandle = Handle<PetscViewer, PetscViewerDestroy>;
 
-/// The value of an option; empty if it is not given.
-std::string path_of(const std::string& option) {
-  char text[PETSC_MAX_PATH_LEN] = "";
-  check(PetscOptionsGetString(nullptr, nullptr, option.c_str(), text, sizeof text, nullptr));
-  return text;
-}
+/// The file that the option of a prefix names; empty if it is not given.
+std::string path_of(const std::string& prefix) { return option_value("-" + prefix + "save_system").value_or(""); }
 
 PetscErrorCode save_before_solve(KSP ksp, Vec right_hand_side, Vec /*solution*/, void* /*context*/) noexcept {
   return as_petsc_callback([&] {
-    const char* prefix = nullptr;
     Mat matrix = nullptr;
     ViewerHandle viewer;
-    check(KSPGetOptionsPrefix(ksp, &prefix));
     check(KSPGetOperators(ksp, nullptr, &matrix));
-    check(PetscViewerBinaryOpen(PetscObjectComm(reinterpret_cast<PetscObject>(ksp)),
-                                path_of(std::string("-") + prefix + "save_system").c_str(), FILE_MODE_WRITE,
-                                viewer.create()));
+    check(PetscViewerBinaryOpen(comm_of(ksp), path_of(prefix_of(ksp)).c_str(), FILE_MODE_WRITE, viewer.create()));
     check(MatView(matrix, viewer));
     check(VecView(right_hand_side, viewer));
   });
 }
 
-double seconds_now() {
-  PetscLogDouble seconds = 0;
-  check(PetscTime(&seconds));
-  return seconds;
-}
-
 }  // namespace
 
 void save_systems(KSP ksp, const std::string& prefix) {
-  const std::string path = path_of("-" + prefix + "save_system");
+  const std::string path = path_of(prefix);
   if (path.empty()) {
     return;
   }
   Mat matrix = nullptr;
-  PetscBool is_shell = PETSC_FALSE;
   check(KSPGetOperators(ksp, nullptr, &matrix));
-  check(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(matrix), MATSHELL, &is_shell));
-  if (is_shell == PETSC_TRUE) {
+  if (has_type(matrix, {MATSHELL})) {
     throw Error("-" + prefix + "save_system: the matrix is not assembled, expected -" + prefix + "mat_type aij");
   }
   if (!std::ofstream(path, std::ios::app)) {
@@ -90,11 +72,11 @@ void replay(MPI_Comm comm, const std::string& file) {
   set_definite(matrix);
 
   const KspHandle ksp = make_ksp(matrix, matrix, "replay_", {});
-  const double begin = seconds_now();
+  const double begin = MPI_Wtime();
   run_solver("replay_", [&] { check(KSPSetUp(ksp)); });
-  const double ready = seconds_now();
+  const double ready = MPI_Wtime();
   const LinearResult result = solve(ksp, right_hand_side, solution);
-  const double end = seconds_now();
+  const double end = MPI_Wtime();
 
   PetscInt rows = 0;
   MatInfo info;

@@ -9,6 +9,8 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/handle.h"
+#include "linear/shell_operations.h"
 
 namespace pellicle {
 inline namespace linear {
@@ -154,12 +156,7 @@ bool Substructures::Factor::refresh(const Eigen::MatrixXd& interface) {
     const double zero = 0;
     BLASsyrk_("L", "N", &order, &order, &minus, border_factor_.data(), &order, &zero, complement_.data(), &order);
   }
-  for (int b = 0; b < border; ++b) {
-    const double* past = values() + starts[inner_ + b + 1];
-    for (int a = 0; a <= b; ++a) {
-      complement_(b, a) += past[a - b - 1];
-    }
-  }
+  complement_.triangularView<Eigen::Lower>() += interface(border_, border_);
   return true;
 }
 
@@ -240,7 +237,7 @@ Substructures::Entries Substructures::gathered_pattern(MPI_Comm comm, const std:
 }
 
 void Substructures::find_pattern(Mat matrix) {
-  MPI_Comm comm = PetscObjectComm(reinterpret_cast<PetscObject>(matrix));
+  const MPI_Comm comm = comm_of(matrix);
   PetscInt first = 0;
   PetscInt end = 0;
   check(MatGetOwnershipRange(matrix, &first, &end));
@@ -263,12 +260,17 @@ void Substructures::find_pattern(Mat matrix) {
   inner_values_.resize(static_cast<Eigen::Index>(inner.size()));
 
   std::vector<std::vector<int>> in_column(interface_.size());  // inner rows coupled with it
+  std::vector<int> starts = {0};
+  std::vector<int> upper;  // rows of the factor's upper half
   for (std::size_t i = 0; i < inner.size(); ++i) {
     for (const PetscInt column : rows[inner[i]]) {
       if (const int number = interface_.number(column); number >= 0) {
         in_column[number].push_back(static_cast<int>(i));
+      } else if (column <= first + inner[i]) {
+        upper.push_back(interface_.inner_number(column));
       }
     }
+    starts.push_back(static_cast<int>(upper.size()));
   }
   std::vector<int> border;
   for (std::size_t k = 0; k < in_column.size(); ++k) {
@@ -277,16 +279,6 @@ void Substructures::find_pattern(Mat matrix) {
     }
   }
   interface_.set_border(border, 1);
-  std::vector<int> starts = {0};
-  std::vector<int> upper;  // rows of the factor's upper half
-  for (std::size_t i = 0; i < inner.size(); ++i) {
-    for (const PetscInt column : rows[inner[i]]) {
-      if (column <= first + inner[i] && interface_.number(column) < 0) {
-        upper.push_back(interface_.inner_number(column));
-      }
-    }
-    starts.push_back(static_cast<int>(upper.size()));
-  }
   std::vector<int> next(in_column.size());  // place of a column's next entry
   for (std::size_t b = 0; b < border.size(); ++b) {
     const auto& column = in_column[border[b]];
@@ -361,8 +353,7 @@ bool Substructures::refresh(Mat matrix) {
   matrix_.setZero();
   add_to_interface(entries_, 1);
   const bool is_definite = inner_factor_->refresh(matrix_);
-  MPI_Comm comm = PetscObjectComm(reinterpret_cast<PetscObject>(matrix));
-  if (on_any_rank(comm, !is_definite)) {
+  if (on_any_rank(comm_of(matrix), !is_definite)) {
     return false;
   }
   auto of_complement = complements_.own.begin();
@@ -380,26 +371,21 @@ bool Substructures::refresh(Mat matrix) {
 }
 
 void Substructures::solve(Vec in, Vec out) {
-  const double* load = nullptr;
-  double* result = nullptr;
-  check(VecGetArrayRead(in, &load));
-  for (std::size_t k = 0; k < interface_.inner().size(); ++k) {
-    inner_values_[static_cast<Eigen::Index>(k)] = load[interface_.inner()[k]];
-  }
-  interface_.sum(load, inner_factor_->reduce(inner_values_).data(), interface_values_);
-  check(VecRestoreArrayRead(in, &load));
+  const std::vector<PetscInt>& inner = interface_.inner();
+  const ConstVecValues load(in);
+  std::transform(inner.begin(), inner.end(), inner_values_.begin(), [&](PetscInt row) { return load[row]; });
+  interface_.sum(load.data(), inner_factor_->reduce(inner_values_).data(), interface_values_);
   matrix_.triangularView<Eigen::Lower>().solveInPlace(interface_values_);
   matrix_.triangularView<Eigen::Lower>().transpose().solveInPlace(interface_values_);
   inner_factor_->expand(interface_values_, inner_values_);
-  check(VecGetArrayWrite(out, &result));
-  for (std::size_t k = 0; k < interface_.inner().size(); ++k) {
-    result[interface_.inner()[k]] = inner_values_[static_cast<Eigen::Index>(k)];
-  }
-  const double* of_own = interface_values_.data() + interface_.own_first();
-  for (const PetscInt row : interface_.own()) {
-    result[row] = *of_own++;
-  }
-  check(VecRestoreArrayWrite(out, &result));
+  VecValues result(out);
+  const auto scatter = [&result](const std::vector<PetscInt>& rows, const double* values) {
+    for (const PetscInt row : rows) {
+      result[row] = *values++;
+    }
+  };
+  scatter(inner, inner_values_.data());
+  scatter(interface_.own(), interface_values_.data() + interface_.own_first());
 }
 
 }  // namespace linear

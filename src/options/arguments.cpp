@@ -139,13 +139,6 @@ std::string file_text(const std::string& path, const std::string& expected) {
   return text.str();
 }
 
-void broadcast(MPI_Comm comm, std::string& text) {
-  int length = static_cast<int>(text.size());
-  MPI_Bcast(&length, 1, MPI_INT, 0, comm);
-  text.resize(length);
-  MPI_Bcast(text.data(), length, MPI_CHAR, 0, comm);
-}
-
 /// Message on `-bodies_bal_radius` if no deck has created `bal`: names the existing objects.
 void refuse_unknown_object(const OptionTable& table, const TypedOption& typed, const std::string& name) {
   for (const auto& section : table.object_sections()) {

@@ -2,10 +2,8 @@
 
 #include <mpi.h>
 
-#include <Eigen/Core>
 #include <array>
 #include <numeric>
-#include <string>
 #include <type_traits>
 #include <vector>
 
@@ -27,75 +25,67 @@ MPI_Datatype mpi_type() {
   }
 }
 
-/// Replaces each value by the reduction of the values at its place on all ranks. Collective.
-template <class Number>
-void reduce_over_ranks(MPI_Comm comm, Number* values, std::size_t count, MPI_Op operation) {
-  MPI_Allreduce(MPI_IN_PLACE, values, static_cast<int>(count), mpi_type<Number>(), operation, comm);
+/// Replaces each number by the reduction of the numbers at its place on all ranks, which pass equally many. Collective.
+/// @param values a number, or an array, vector or Eigen matrix of numbers
+template <class Values>
+void reduce_over_ranks(MPI_Comm comm, Values& values, MPI_Op operation) {
+  if constexpr (std::is_arithmetic_v<Values>) {
+    MPI_Allreduce(MPI_IN_PLACE, &values, 1, mpi_type<Values>(), operation, comm);
+  } else {
+    static_assert(std::is_default_constructible_v<Values>, "a view of a matrix may have gaps");
+    using Number = std::remove_pointer_t<decltype(values.data())>;
+    MPI_Allreduce(MPI_IN_PLACE, values.data(), static_cast<int>(values.size()), mpi_type<Number>(), operation, comm);
+  }
 }
 
-/// The sum of a number, or of each number of an array, over all ranks. Collective.
-template <class Number, class = std::enable_if_t<std::is_arithmetic_v<Number>>>
-[[nodiscard]] Number sum_over_ranks(MPI_Comm comm, Number value) {
-  reduce_over_ranks(comm, &value, 1, MPI_SUM);
-  return value;
-}
+/// Whether the functions below return the result: that of a number or array. Other values are replaced.
+template <class Values>
+constexpr bool is_returned = std::is_arithmetic_v<Values>;
 template <class Number, std::size_t count>
-[[nodiscard]] std::array<Number, count> sum_over_ranks(MPI_Comm comm, std::array<Number, count> values) {
-  reduce_over_ranks(comm, values.data(), count, MPI_SUM);
+constexpr bool is_returned<std::array<Number, count>> = true;
+
+template <class Values>
+using IfReturned = std::enable_if_t<is_returned<Values>, Values>;
+template <class Values>
+using IfReplaced = std::enable_if_t<!is_returned<std::remove_const_t<Values>>>;
+
+/// The sum of a number, or of each number of an array, over all ranks. Collective.
+template <class Values>
+[[nodiscard]] IfReturned<Values> sum_over_ranks(MPI_Comm comm, Values values) {
+  reduce_over_ranks(comm, values, MPI_SUM);
   return values;
 }
-/// Replaces each value by the sum of the values at its place on all ranks, which pass equally many. Collective.
-template <class Number>
-void sum_over_ranks(MPI_Comm comm, std::vector<Number>& values) {
-  reduce_over_ranks(comm, values.data(), values.size(), MPI_SUM);
-}
-template <class Derived>
-void sum_over_ranks(MPI_Comm comm, Eigen::PlainObjectBase<Derived>& values) {
-  reduce_over_ranks(comm, values.data(), static_cast<std::size_t>(values.size()), MPI_SUM);
+/// Replaces each number of a vector or matrix by the sum of the numbers at its place on all ranks, which pass equally
+/// many. Collective.
+template <class Values>
+IfReplaced<Values> sum_over_ranks(MPI_Comm comm, Values& values) {
+  reduce_over_ranks(comm, values, MPI_SUM);
 }
 
 /// The largest value of a number, or of each number of an array, over all ranks. Collective.
-template <class Number, class = std::enable_if_t<std::is_arithmetic_v<Number>>>
-[[nodiscard]] Number max_over_ranks(MPI_Comm comm, Number value) {
-  reduce_over_ranks(comm, &value, 1, MPI_MAX);
-  return value;
-}
-template <class Number, std::size_t count>
-[[nodiscard]] std::array<Number, count> max_over_ranks(MPI_Comm comm, std::array<Number, count> values) {
-  reduce_over_ranks(comm, values.data(), count, MPI_MAX);
+template <class Values>
+[[nodiscard]] IfReturned<Values> max_over_ranks(MPI_Comm comm, Values values) {
+  reduce_over_ranks(comm, values, MPI_MAX);
   return values;
 }
-/// Replaces each value by the largest value of the values at its place on all ranks, which pass equally many.
-/// Collective.
-template <class Number>
-void max_over_ranks(MPI_Comm comm, std::vector<Number>& values) {
-  reduce_over_ranks(comm, values.data(), values.size(), MPI_MAX);
-}
-template <class Derived>
-void max_over_ranks(MPI_Comm comm, Eigen::PlainObjectBase<Derived>& values) {
-  reduce_over_ranks(comm, values.data(), static_cast<std::size_t>(values.size()), MPI_MAX);
+/// Replaces each number of a vector or matrix by the largest of the numbers at its place on all ranks, which pass
+/// equally many. Collective.
+template <class Values>
+IfReplaced<Values> max_over_ranks(MPI_Comm comm, Values& values) {
+  reduce_over_ranks(comm, values, MPI_MAX);
 }
 
 /// The smallest value of a number, or of each number of an array, over all ranks. Collective.
-template <class Number, class = std::enable_if_t<std::is_arithmetic_v<Number>>>
-[[nodiscard]] Number min_over_ranks(MPI_Comm comm, Number value) {
-  reduce_over_ranks(comm, &value, 1, MPI_MIN);
-  return value;
-}
-template <class Number, std::size_t count>
-[[nodiscard]] std::array<Number, count> min_over_ranks(MPI_Comm comm, std::array<Number, count> values) {
-  reduce_over_ranks(comm, values.data(), count, MPI_MIN);
+template <class Values>
+[[nodiscard]] IfReturned<Values> min_over_ranks(MPI_Comm comm, Values values) {
+  reduce_over_ranks(comm, values, MPI_MIN);
   return values;
 }
-/// Replaces each value by the smallest value of the values at its place on all ranks, which pass equally many.
-/// Collective.
-template <class Number>
-void min_over_ranks(MPI_Comm comm, std::vector<Number>& values) {
-  reduce_over_ranks(comm, values.data(), values.size(), MPI_MIN);
-}
-template <class Derived>
-void min_over_ranks(MPI_Comm comm, Eigen::PlainObjectBase<Derived>& values) {
-  reduce_over_ranks(comm, values.data(), static_cast<std::size_t>(values.size()), MPI_MIN);
+/// Replaces each number of a vector or matrix by the smallest of the numbers at its place on all ranks, which pass
+/// equally many. Collective.
+template <class Values>
+IfReplaced<Values> min_over_ranks(MPI_Comm comm, Values& values) {
+  reduce_over_ranks(comm, values, MPI_MIN);
 }
 
 /// Distribution of an amount over the ranks.
@@ -117,14 +107,6 @@ inline RankShares shares_of_ranks(MPI_Comm comm, double own) {
 inline bool on_any_rank(MPI_Comm comm, bool here) {
   MPI_Allreduce(MPI_IN_PLACE, &here, 1, MPI_CXX_BOOL, MPI_LOR, comm);
   return here;
-}
-
-/// Sends rank 0's text to every rank. Collective.
-inline void broadcast(MPI_Comm comm, std::string& text) {
-  auto length = static_cast<int>(text.size());
-  MPI_Bcast(&length, 1, MPI_INT, 0, comm);
-  text.resize(length);
-  MPI_Bcast(text.data(), length, MPI_CHAR, 0, comm);
 }
 
 /// Gathers the values, of any plain type, of all ranks, rank after rank. Collective.

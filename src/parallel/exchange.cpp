@@ -19,26 +19,18 @@ GhostExchange::GhostExchange(const Layout& layout)
   if (!is_needed_) {
     return;
   }
-  PetscLayout owners = nullptr;
-  check(PetscLayoutCreateFromSizes(layout.comm, layout.owned, layout.global, 1, &owners));
-  const PetscErrorCode made = PetscSFCreate(layout.comm, sf_.create());
-  const PetscErrorCode filled = made != 0 ? made
-                                          : PetscSFSetGraphLayout(sf_, owners, layout.ghosts(), nullptr,
-                                                                  PETSC_COPY_VALUES, layout.ghost_global.data());
-  check(PetscLayoutDestroy(&owners));
-  check(filled);
+  Handle<PetscLayout, PetscLayoutDestroy> owners;
+  check(PetscLayoutCreateFromSizes(layout.comm, layout.owned, layout.global, 1, owners.create()));
+  check(PetscSFCreate(layout.comm, sf_.create()));
+  check(PetscSFSetGraphLayout(sf_, owners, layout.ghosts(), nullptr, PETSC_COPY_VALUES, layout.ghost_global.data()));
   check(PetscSFSetUp(sf_));
 }
 
-void GhostExchange::begin_copy(MPI_Datatype type, std::size_t bytes, void* values) const {
+void GhostExchange::copy(MPI_Datatype type, std::size_t bytes, void* values) const {
   if (is_needed_) {
-    check(PetscSFBcastBegin(sf_, type, values, ghosts_of(values, owned_, bytes), MPI_REPLACE));
-  }
-}
-
-void GhostExchange::end_copy(MPI_Datatype type, std::size_t bytes, void* values) const {
-  if (is_needed_) {
-    check(PetscSFBcastEnd(sf_, type, values, ghosts_of(values, owned_, bytes), MPI_REPLACE));
+    void* ghosts = ghosts_of(values, owned_, bytes);
+    check(PetscSFBcastBegin(sf_, type, values, ghosts, MPI_REPLACE));
+    check(PetscSFBcastEnd(sf_, type, values, ghosts, MPI_REPLACE));
   }
 }
 

@@ -53,11 +53,8 @@ class GhostExchange {
 
   PetscInt owned() const { return owned_; }
 
-  /// Copies the owners' values to the ghosts; the values may not change between the two calls. Several exchanges may
-  /// overlap. Collective.
-  /// @param type of one item's value, which occupies `bytes`
-  void begin_copy(MPI_Datatype type, std::size_t bytes, void* values) const;
-  void end_copy(MPI_Datatype type, std::size_t bytes, void* values) const;
+  /// Copies the owners' values to the ghosts. Collective. @param type of one item's value, which occupies `bytes`
+  void copy(MPI_Datatype type, std::size_t bytes, void* values) const;
 
   /// Combines the ghosts' values with the owners' by an MPI operation; the ghosts keep theirs. Collective.
   void combine(MPI_Datatype type, std::size_t bytes, MPI_Op operation, void* values) const;
@@ -68,51 +65,17 @@ class GhostExchange {
   Handle<PetscSF, PetscSFDestroy> sf_;
 };
 
-/// A copy of a field's values to the ghosts in progress, until finish().
-template <class Field>
-class GhostCopy;
-
+/// Copies the owners' values to the ghosts. Collective.
+/// @param values of any plain type, one for each local item
 template <class Value>
-class GhostCopy<std::vector<Value>> {
- public:
-  GhostCopy(const Layout& layout, std::vector<Value>& values)
-      : exchange_(*layout.exchange()), values_(values), type_(MPI_BYTE, sizeof(Value)) {
-    static_assert(std::is_trivially_copyable_v<Value>, "values are sent byte by byte");
-    exchange_.begin_copy(type_, sizeof(Value), values_.data());
-  }
-  void finish() { exchange_.end_copy(type_, sizeof(Value), values_.data()); }
-
- private:
-  const GhostExchange& exchange_;
-  std::vector<Value>& values_;
-  RowType type_;
-};
-
-template <>
-class GhostCopy<std::vector<bool>> {
- public:
-  GhostCopy(const Layout& layout, std::vector<bool>& values)
-      : values_(values), bytes_(values.begin(), values.end()), copy_(layout, bytes_) {}
-  void finish() {
-    copy_.finish();
-    std::copy(bytes_.begin(), bytes_.end(), values_.begin());
-  }
-
- private:
-  std::vector<bool>& values_;
-  std::vector<char> bytes_;
-  GhostCopy<std::vector<char>> copy_;
-};
-
-inline void update_ghosts(const Layout&) {}
-
-/// Copies the owners' values to the ghosts, for any number of fields at once. Collective.
-/// @param fields vectors of any plain type with a value for each local item, or a Field (parallel/field.h)
-template <class First, class... Others>
-void update_ghosts(const Layout& layout, First& first, Others&... others) {
-  GhostCopy<First> copy(layout, first);
-  update_ghosts(layout, others...);
-  copy.finish();
+void update_ghosts(const Layout& layout, std::vector<Value>& values) {
+  static_assert(std::is_trivially_copyable_v<Value>, "values are sent byte by byte");
+  layout.exchange()->copy(RowType(MPI_BYTE, sizeof(Value)), sizeof(Value), values.data());
+}
+inline void update_ghosts(const Layout& layout, std::vector<bool>& values) {
+  std::vector<char> bytes(values.begin(), values.end());
+  update_ghosts(layout, bytes);
+  std::copy(bytes.begin(), bytes.end(), values.begin());
 }
 
 /// Sets the owner's flag of an item if any of its ghosts has the flag set; the ghosts keep theirs. Collective.

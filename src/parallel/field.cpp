@@ -18,10 +18,7 @@ Field& Field::operator=(const Field& other) {
   return *this;
 }
 
-void Field::update_ghosts() {
-  exchange_->begin_copy(type_, bytes(), data());
-  exchange_->end_copy(type_, bytes(), data());
-}
+void Field::update_ghosts() { exchange_->copy(type_, bytes(), data()); }
 
 void Field::add_ghosts() {
   exchange_->combine(type_, bytes(), MPI_SUM, data());

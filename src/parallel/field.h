@@ -38,30 +38,17 @@ class Field {
   double* data() { return values_.data(); }
   const double* data() const { return values_.data(); }
 
-  /// Copies the owners' values to the ghosts. Collective. Several fields at once: update_ghosts(layout, a, b, ...).
+  /// Copies the owners' values to the ghosts. Collective.
   void update_ghosts();
   /// Adds the ghosts' values to the owners' and sets the ghosts to 0. Collective.
   void add_ghosts();
 
  private:
-  friend class GhostCopy<Field>;
   std::size_t bytes() const { return static_cast<std::size_t>(values_.rows()) * sizeof(double); }
 
   Eigen::MatrixXd values_;
   RowType type_;  ///< of one item's values
   std::shared_ptr<const GhostExchange> exchange_;
-};
-
-template <>
-class GhostCopy<Field> {
- public:
-  GhostCopy(const Layout&, Field& field) : field_(field) {
-    field_.exchange_->begin_copy(field_.type_, field_.bytes(), field_.data());
-  }
-  void finish() { field_.exchange_->end_copy(field_.type_, field_.bytes(), field_.data()); }
-
- private:
-  Field& field_;
 };
 
 }  // namespace parallel

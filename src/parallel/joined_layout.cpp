@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <iterator>
+#include <utility>
+
+#include "parallel/collective.h"
 
 namespace pellicle {
 inline namespace parallel {
@@ -14,17 +17,11 @@ JoinedLayout::JoinedLayout(const std::vector<Layout>& parts) {
     owned += part.owned;
   }
   layout_ = number_owned(comm, owned);
-  int ranks = 1;
-  MPI_Comm_size(comm, &ranks);
   PetscInt behind = owned;
   for (std::size_t p = 0; p < parts.size(); ++p) {
     ghosts_.push_back({behind, parts[p].ghosts()});
     behind += parts[p].ghosts();
-    const PetscInt in_whole = layout_.first + owned_[p].first;
-    std::vector<PetscInt>& part_begins = part_begins_.emplace_back(ranks);
-    std::vector<PetscInt>& whole_begins = whole_begins_.emplace_back(ranks);
-    MPI_Allgather(&parts[p].first, 1, MPIU_INT, part_begins.data(), 1, MPIU_INT, comm);
-    MPI_Allgather(&in_whole, 1, MPIU_INT, whole_begins.data(), 1, MPIU_INT, comm);
+    begins_.push_back(of_all_ranks(comm, std::vector<Begin>{{parts[p].first, layout_.first + owned_[p].first}}));
   }
   for (std::size_t p = 0; p < parts.size(); ++p) {
     std::transform(parts[p].ghost_global.begin(), parts[p].ghost_global.end(), std::back_inserter(layout_.ghost_global),
@@ -33,22 +30,23 @@ JoinedLayout::JoinedLayout(const std::vector<Layout>& parts) {
 }
 
 PetscInt JoinedLayout::global(std::size_t part, PetscInt global_number) const {
-  const std::vector<PetscInt>& begins = part_begins_[part];
-  const auto rank = std::upper_bound(begins.begin(), begins.end(), global_number) - begins.begin() - 1;
-  return whole_begins_[part][rank] + global_number - begins[rank];
+  const std::vector<Begin>& begins = begins_[part];
+  const auto next = std::upper_bound(begins.begin(), begins.end(), global_number,
+                                     [](PetscInt number, const Begin& begin) { return number < begin.in_part; });
+  const Begin& of_rank = *std::prev(next);
+  return of_rank.in_whole + global_number - of_rank.in_part;
 }
 
 void JoinedLayout::put(std::size_t part, const Field& of_part, Field& whole) const {
-  for (const auto& [piece, from] :
-       {std::pair(owned_[part], PetscInt{0}), std::pair(ghosts_[part], owned_[part].count)}) {
-    whole.values().middleCols(piece.first, piece.count) = of_part.values().middleCols(from, piece.count);
-  }
+  const auto [owned, ghosts] = std::pair(owned_[part], ghosts_[part]);
+  whole.values().middleCols(owned.first, owned.count) = of_part.values().leftCols(owned.count);
+  whole.values().middleCols(ghosts.first, ghosts.count) = of_part.values().middleCols(owned.count, ghosts.count);
 }
 
 void JoinedLayout::take(std::size_t part, const Field& whole, Field& of_part) const {
-  for (const auto& [piece, to] : {std::pair(owned_[part], PetscInt{0}), std::pair(ghosts_[part], owned_[part].count)}) {
-    of_part.values().middleCols(to, piece.count) = whole.values().middleCols(piece.first, piece.count);
-  }
+  const auto [owned, ghosts] = std::pair(owned_[part], ghosts_[part]);
+  of_part.values().leftCols(owned.count) = whole.values().middleCols(owned.first, owned.count);
+  of_part.values().middleCols(owned.count, ghosts.count) = whole.values().middleCols(ghosts.first, ghosts.count);
 }
 
 }  // namespace parallel

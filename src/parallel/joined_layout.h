@@ -38,12 +38,16 @@ class JoinedLayout {
     PetscInt first = 0;  ///< local number in the whole
     PetscInt count = 0;
   };
+  /// Global numbers of a rank's first item of a part.
+  struct Begin {
+    PetscInt in_part;
+    PetscInt in_whole;
+  };
 
   Layout layout_;
-  std::vector<Piece> owned_;                         ///< of each part
-  std::vector<Piece> ghosts_;                        ///< of each part
-  std::vector<std::vector<PetscInt>> part_begins_;   ///< of each part: first item of each rank, and the count
-  std::vector<std::vector<PetscInt>> whole_begins_;  ///< numbers of these items in the whole
+  std::vector<Piece> owned_;                ///< of each part
+  std::vector<Piece> ghosts_;               ///< of each part
+  std::vector<std::vector<Begin>> begins_;  ///< of each part and rank
 };
 
 }  // namespace parallel

@@ -30,9 +30,7 @@ std::vector<int> split(CellGraph graph, Weights weights, int parts, decltype(&ME
     return part;
   }
   if (cells <= parts) {  // METIS wants more vertices than parts: a cell a rank, the other ranks stay empty.
-    for (idx_t cell = 0; cell < cells; ++cell) {
-      part[cell] = cell;
-    }
+    std::iota(part.begin(), part.end(), 0);
     return part;
   }
   idx_t edge_cut = 0;
@@ -141,10 +139,8 @@ std::vector<int> split_in_regions(const CellGraph& graph, const std::vector<int>
   CellGraph groups = graph_of_groups(graph, group, count, weights);
   const std::vector<int> region_of_group =
       split(std::move(groups), std::move(weights), static_cast<int>(patches.size()), METIS_PartGraphRecursive);
-  std::vector<int> region;
-  for (const int g : group) {
-    region.push_back(region_of_group[g]);
-  }
+  std::vector<int> region = group;
+  std::for_each(region.begin(), region.end(), [&](int& of_cell) { of_cell = region_of_group[of_cell]; });
   return region;
 }
 
@@ -187,14 +183,12 @@ std::vector<int> split_in_patches(CellGraph graph, int patches) {
   const std::vector<int> region = split_in_regions(graph, counts);
   const Members members(region, regions);
   std::vector<int> number(region.size());  // of each cell in its region
+  std::vector<int> patch(region.size());
+  int first_patch = 0;
   for (std::size_t r = 0; r < counts.size(); ++r) {
     for (std::size_t c = members.first[r]; c < members.first[r + 1]; ++c) {
       number[members.cells[c]] = static_cast<int>(c - members.first[r]);
     }
-  }
-  std::vector<int> patch(region.size());
-  int first_patch = 0;
-  for (std::size_t r = 0; r < counts.size(); ++r) {
     CellGraph part;
     part.offsets.push_back(0);
     for (std::size_t c = members.first[r]; c < members.first[r + 1]; ++c) {

@@ -2,8 +2,8 @@
 
 #include <petscsys.h>
 
+#include <algorithm>
 #include <cstddef>
-#include <cstring>
 #include <type_traits>
 #include <vector>
 
@@ -25,9 +25,7 @@ class Records {
   static Records of(const std::vector<Value>& values, PetscInt count, std::size_t values_each = 1) {
     static_assert(std::is_trivially_copyable_v<Value>, "a record is copied byte by byte");
     Records records(sizeof(Value) * values_each, count);
-    if (!records.data_.empty()) {
-      std::memcpy(records.data_.data(), values.data(), records.data_.size());
-    }
+    std::copy_n(reinterpret_cast<const std::byte*>(values.data()), records.data_.size(), records.data_.begin());
     return records;
   }
   template <class Value>
@@ -40,9 +38,7 @@ class Records {
   std::vector<Value> as() const {
     static_assert(std::is_trivially_copyable_v<Value>, "a record is copied byte by byte");
     std::vector<Value> values(data_.size() / sizeof(Value));
-    if (!values.empty()) {
-      std::memcpy(static_cast<void*>(values.data()), data_.data(), data_.size());
-    }
+    std::copy(data_.begin(), data_.end(), reinterpret_cast<std::byte*>(values.data()));
     return values;
   }
 
@@ -57,10 +53,7 @@ class Records {
     Records chosen(bytes_, static_cast<PetscInt>(items.size()));
     std::byte* to = chosen.data_.data();
     for (const PetscInt item : items) {
-      if (bytes_ > 0) {
-        std::memcpy(to, at(item), bytes_);
-        to += bytes_;
-      }
+      to = std::copy_n(at(item), bytes_, to);
     }
     return chosen;
   }

@@ -169,7 +169,8 @@ void AblationStage::remove_bare_particles(double time) {
     mass = 0;
     fields_.mass_change.data()[i] = 0;
   }
-  update_ghosts(surface_.particles, fields_.mass, fields_.mass_change);
+  fields_.mass.update_ghosts();
+  fields_.mass_change.update_ghosts();
   update_pieces(fields_.pieces, surface_, fields_.active, time);
 }
 

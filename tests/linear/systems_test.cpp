@@ -268,7 +268,7 @@ TEST(LoadBorder, solves_and_multiplies_as_the_dense_matrix_does) {
     check(MatCreateVecs(border.matrix(), x.create(), b.create()));
     const Eigen::VectorXd values = some_values(size + 1);
     given.set(b, values, 1);
-    EXPECT_EQ(border.border_value(b), values[size]);
+    EXPECT_EQ(border.border_values(b)[0], values[size]);
     const LinearResult result = border.solve(b, x);
     EXPECT_TRUE(result.converged) << result.reason;
     EXPECT_LT(given.difference(x, dense.partialPivLu().solve(values), 1), 1e-7);

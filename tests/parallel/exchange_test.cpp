@@ -37,7 +37,7 @@ struct Exchange : ::testing::Test {
   Layout layout;
 };
 
-TEST_F(Exchange, CarriesAnyPlainTypesAtOnce) {
+TEST_F(Exchange, CarriesAnyPlainTypes) {
   struct Mixed {
     std::int64_t id;
     std::array<bool, 3> flags;
@@ -54,7 +54,10 @@ TEST_F(Exchange, CarriesAnyPlainTypesAtOnce) {
   for (PetscInt i = 0; i < layout.owned; ++i) {
     field.values().col(i) << layout.to_global(i), 0.5;
   }
-  update_ghosts(layout, mixed, numbers, flags, field);
+  update_ghosts(layout, mixed);
+  update_ghosts(layout, numbers);
+  update_ghosts(layout, flags);
+  field.update_ghosts();
   for (PetscInt i = 0; i < layout.local(); ++i) {
     const PetscInt n = layout.to_global(i);
     const auto k = static_cast<std::size_t>(i);
@@ -69,7 +72,8 @@ TEST_F(Exchange, CarriesAnyPlainTypesAtOnce) {
 TEST_F(Exchange, VectorsOfOneTypeDoNotMix) {
   auto one = owned_values<PetscInt>([](PetscInt n) { return n; }, -1);
   auto other = owned_values<PetscInt>([](PetscInt n) { return 100 + n; }, -1);
-  update_ghosts(layout, one, other);
+  update_ghosts(layout, one);
+  update_ghosts(layout, other);
   for (PetscInt i = 0; i < layout.local(); ++i) {
     EXPECT_EQ(one[i], layout.to_global(i));
     EXPECT_EQ(other[i], 100 + layout.to_global(i));
