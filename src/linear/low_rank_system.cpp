@@ -107,8 +107,7 @@ void LowRankSystem::forget_pattern() {
   // PETSc asks for the count of a matrix's patterns, which need not be larger in the new one. It forgets the count with
   // the matrix.
   MatHandle other;
-  check(MatCreateShell(comm_of(sparse_), rows_, rows_, PETSC_DETERMINE,
-                       PETSC_DETERMINE, nullptr, other.create()));
+  check(MatCreateShell(comm_of(sparse_), rows_, rows_, PETSC_DETERMINE, PETSC_DETERMINE, nullptr, other.create()));
   for (KSP solver : solvers()) {
     Mat system = nullptr;
     check(KSPGetOperators(solver, &system, nullptr));

@@ -156,7 +156,11 @@ bool Substructures::Factor::refresh(const Eigen::MatrixXd& interface) {
     const double zero = 0;
     BLASsyrk_("L", "N", &order, &order, &minus, border_factor_.data(), &order, &zero, complement_.data(), &order);
   }
-  complement_.triangularView<Eigen::Lower>() += interface(border_, border_);
+  for (int b = 0; b < border; ++b) {  // An indexed view would copy the indices.
+    for (int a = 0; a <= b; ++a) {
+      complement_(b, a) += interface(border_[b], border_[a]);
+    }
+  }
   return true;
 }
 

@@ -67,14 +67,19 @@ WeaveStrain weave_strain(const Sheet& sheet, const Field& x, const std::array<st
   const double own_largest = strain.largest;
   strain.largest = max_over_ranks(sheet.comm(), strain.largest);
   const Key own = own_largest == strain.largest ? key : none;
-  const std::vector<Key> keys = of_all_ranks(sheet.comm(), std::vector<Key>{own});
-  const Key first = *std::min_element(keys.begin(), keys.end());
+  Key first{};  // in the order of the keys: one number after the other; nothing is allocated in a step
+  bool is_first = true;
+  for (std::size_t k = 0; k < own.size(); ++k) {
+    first[k] = is_first ? own[k] : last_id;
+    first[k] = min_over_ranks(sheet.comm(), first[k]);
+    is_first = is_first && own[k] == first[k];
+  }
   if (first == none) {
     return strain;
   }
   strain.ids = {first[0], first[1]};
   strain.colour = static_cast<Colour>(first[2]);
-  if (own != first) {
+  if (!is_first) {
     strain.place.setZero();
   }
   sum_over_ranks(sheet.comm(), strain.place);

@@ -178,9 +178,10 @@ struct ChainPart : StepPart {
   const std::vector<Potential*>& potentials() const override { return all_potentials; }
   const Field& start() const override { return first_place; }
   const Field& position() const override { return place; }
-  void move_to(const Field& position, const Eigen::VectorXd& own) override {
+  bool move_to(const Field& position, const Eigen::VectorXd& own) override {
     place = position;
     pressures = own;
+    return true;
   }
   void forget() override { ++forgotten; }
   Eigen::VectorXd own_unknowns() const override { return pressures; }

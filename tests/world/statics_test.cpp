@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "base/error.h"
@@ -235,12 +236,14 @@ TEST(SheetAtRest, HangsByItsWeight) {
 //
 // which is highest at l = 2, for a sheet of any springs alike.
 TEST(SheetAtRest, FollowsASphereOfSpringsBeyondItsHighestPressure) {
-  for (const char* dynamics : {"elastic", "spring"}) {
+  // Springs that are all equally stiff are not so on cells that differ: the sphere does not stay quite round.
+  for (const auto& [dynamics, accuracy] : {std::pair("elastic", 0.005), std::pair("spring", 0.03)}) {
     Options options;
     options.dynamics = Choice<Dynamics>(dynamics);
     options.time.scheme = TimeScheme::statics;
     options.time.arc_length = radius;
     options.force.gravity.setZero();
+    options.sheet.thickness = 0;  // The springs lie in the surface.
     options.material.tensile_stiffness = 100;
     options.material.bending_stiffness = 1e-6;
     options.elastic.snes_rtol = 1e-8;
@@ -257,11 +260,11 @@ TEST(SheetAtRest, FollowsASphereOfSpringsBeyondItsHighestPressure) {
       const double pressure = sheet.state().pressure[0];
       EXPECT_NEAR(pressure, 1e4 * sheet.figure("load_time"), 1e-6 * pressure);
       const double stretch = std::cbrt(sheet.figure("gas_volume") / undeformed);
-      EXPECT_NEAR(stretch - path.back().stretch, 0.1, 2e-3) << dynamics << ": all radial";
+      EXPECT_NEAR(stretch - path.back().stretch, 0.1, 0.4 * accuracy) << dynamics << ": nearly all radial";
       path.push_back({stretch, pressure});
       stiffness = step == 1 ? pressure * stretch * stretch / (stretch - 1) : stiffness;
       const double expected = stiffness * (stretch - 1) / (stretch * stretch);
-      EXPECT_NEAR(pressure, expected, 0.01 * expected) << dynamics << ", stretch " << stretch;
+      EXPECT_NEAR(pressure, expected, accuracy * expected) << dynamics << ", stretch " << stretch;
     }
     const Place highest = extreme(path, 5, path.size() - 1, 1);
     print_once("%s: highest %.5g Pa at %.4f (%.5g at 2)\n", dynamics, highest.load, highest.stretch, stiffness / 4);
