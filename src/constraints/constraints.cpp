@@ -64,10 +64,10 @@ Eigen::Vector3d common_point(const std::vector<Plane>& planes, const Eigen::Vect
 }  // namespace
 
 void describe(OptionTable& table, SymmetryOptions& options) {
-  table.add("point", options.point).unit("m").help("a point of the plane");
-  table.add("normal", options.normal).help("normal of the plane; any length");
-  table.add("group", options.group)
-      .help("named group of vertices in the mesh: only those that lie in the plane and are in it stay; empty: all");
+  table.add("point", options.point, Rules("m"), "a point of the plane");
+  table.add("normal", options.normal, "normal of the plane; any length");
+  table.add("group", options.group,
+            "named group of vertices in the mesh: only those that lie in the plane and are in it stay; empty: all");
 }
 
 Constraints::Constraints(const Surface& points, const std::map<std::string, SymmetryOptions>& planes, const Pins& pins)

@@ -36,19 +36,14 @@ std::vector<PetscInt> selected(const Surface& points, const std::map<std::string
 
 void describe(OptionTable& table, PinOptions& options) {
   describe(table, static_cast<SelectionOptions&>(options));
-  table.add("velocity", options.velocity)
-      .unit("m/s")
-      .acts_with({"no path", [&options] { return options.path.empty(); }})
-      .help("constant velocity");
-  table.add("path", options.path)
-      .unit("s,m,m,m")
-      .help(
-          "key points (time, x, y, z) of the displacement from the undeformed place; linear between key points, at "
-          "rest before and after them");
-  table.add("clamped", options.clamped)
-      .help(
-          "holds the direction of an elastic sheet or of a balloon's wall, too, where these particles are at its edge; "
-          "otherwise it turns there as on a hinge");
+  table.add("velocity", options.velocity,
+            Rules("m/s").acts_with({"no path", [&options] { return options.path.empty(); }}), "constant velocity");
+  table.add("path", options.path, Rules("s,m,m,m"),
+            "key points (time, x, y, z) of the displacement from the undeformed place; linear between key points, at "
+            "rest before and after them");
+  table.add("clamped", options.clamped,
+            "holds the direction of an elastic sheet or of a balloon's wall, too, where these particles are at its "
+            "edge; otherwise it turns there as on a hinge");
 }
 
 void require_motion(const std::string& key, const PinOptions& options) {

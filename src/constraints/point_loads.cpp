@@ -12,20 +12,15 @@ inline namespace constraints {
 
 void describe(OptionTable& table, AttachmentOptions& options) {
   describe(table, static_cast<PinOptions&>(options));
-  table.add("total_stiffness", options.total_stiffness)
-      .unit("N/m")
-      .more_than(0)
-      .help("stiffness of all springs together; each has its vertex's share of the area")
-      .source("docs/theory.md: parameters");
+  table.add("total_stiffness", options.total_stiffness, Rules("N/m").more_than(0),
+            "stiffness of all springs together; each has its vertex's share of the area", "docs/theory.md: parameters");
 }
 
 void describe(OptionTable& table, PushOptions& options) {
   describe(table, static_cast<SelectionOptions&>(options));
-  table.add("force", options.force)
-      .unit("s,N,N,N")
-      .help(
-          "key points (time, x, y, z) of the force in total, of which each vertex has its share of the area; linear "
-          "between key points, constant before and after them");
+  table.add("force", options.force, Rules("s,N,N,N"),
+            "key points (time, x, y, z) of the force in total, of which each vertex has its share of the area; linear "
+            "between key points, constant before and after them");
 }
 
 PointLoads::PointLoads(const Surface& points, const std::vector<double>& areas,

@@ -37,28 +37,23 @@ std::array<int, 3> parse_ends(const std::string& name, const std::string& key) {
 }  // namespace
 
 void describe(OptionTable& table, SelectionOptions& options) {
-  table.add("corners", options.corners)
-      .help(
-          "geometric corners of the sheet (vertices of one cell only): all, or those at an end of an axis, such as "
-          "max_y or min_x_max_y");
-  table.add("box", options.box)
-      .unit("m")
-      .length(6)
-      .help("particles whose undeformed place is in the box between two points x,y,z,x,y,z");
-  table.add("centre", options.centre)
-      .unit("m")
-      .acts_with({"radius", [&options] { return options.radius.has_value(); }})
-      .help("centre of a ball, which selects as a box does");
-  table.add("radius", options.radius).unit("m").more_than(0).help("radius of the ball");
-  table.add("layer", options.layer)
-      .acts_with({"box or radius", [&options] { return !options.box.empty() || options.radius.has_value(); }})
-      .help("which particles a box or a ball selects");
-  table.add("vertices", options.vertices)
-      .at_least(0)
-      .help(
-          "persistent ids: vertex numbers of the mesh, or, for lattice points, its number of vertices plus a cell "
-          "number");
-  table.add("group", options.group).help("named group of vertices in the mesh");
+  table.add("corners", options.corners,
+            "geometric corners of the sheet (vertices of one cell only): all, or those at an end of an axis, such as "
+            "max_y or min_x_max_y");
+  table.add("box", options.box, Rules("m").length(6),
+            "particles whose undeformed place is in the box between two points x,y,z,x,y,z");
+  table.add("centre", options.centre,
+            Rules("m").acts_with({"radius", [&options] { return options.radius.has_value(); }}),
+            "centre of a ball, which selects as a box does");
+  table.add("radius", options.radius, Rules("m").more_than(0), "radius of the ball");
+  table.add(
+      "layer", options.layer,
+      Rules().acts_with({"box or radius", [&options] { return !options.box.empty() || options.radius.has_value(); }}),
+      "which particles a box or a ball selects");
+  table.add(
+      "vertices", options.vertices, Rules().at_least(0),
+      "persistent ids: vertex numbers of the mesh, or, for lattice points, its number of vertices plus a cell number");
+  table.add("group", options.group, "named group of vertices in the mesh");
 }
 
 Eigen::AlignedBox3d bounding_box(const Surface& points, const std::vector<bool>& chosen) {

@@ -96,10 +96,9 @@ const std::vector<std::string>& names_of(BodyShape) {
 }
 
 void describe(OptionTable& table, BodyOptions& options) {
-  table.add("shape", options.shape)
-      .help(
-          "what the body is; a plane is solid behind it, a capsule is a cylinder between two half balls, a ring is a "
-          "torus, a mesh is read from a file");
+  table.add("shape", options.shape,
+            "what the body is; a plane is solid behind it, a capsule is a cylinder between two half balls, a ring is a "
+            "torus, a mesh is read from a file");
   const auto last = static_cast<int>(shape_kinds().size());
   const auto of = [&options, last](ShapeOption option, bool has_it = true) {
     std::vector<BodyShape> all;
@@ -115,92 +114,49 @@ void describe(OptionTable& table, BodyOptions& options) {
   const Condition mesh = one_of("shape", options.shape, {BodyShape{last}});
   const Condition without_path{"no path", [&options] { return options.path.empty(); }};
   const Condition without_rotation{"no rotation", [&options] { return options.rotation.empty(); }};
-  table.add("centre", options.centre)
-      .unit("m")
-      .acts_with(solid)
-      .acts_with(without_path)
-      .help("centre at time 0, of a mesh the origin of its file, about which the body turns");
-  table.add("radius", options.radius)
-      .unit("m")
-      .more_than(0)
-      .acts_with(of(ShapeOption::radius))
-      .help("radius; of a ring that of the circle in the middle of its tube");
-  table.add("size", options.size)
-      .unit("m")
-      .length(3)
-      .more_than(0)
-      .acts_with(of(ShapeOption::size))
-      .help("edges of a box along x, y and z, before it is turned");
-  table.add("axis", options.axis)
-      .acts_with(of(ShapeOption::axis))
-      .help("axis of a capsule, cylinder or ring, before it is turned; any length");
-  table.add("length", options.length)
-      .unit("m")
-      .more_than(0)
-      .acts_with(of(ShapeOption::length))
-      .help("length of a cylinder, of a capsule without its half balls");
-  table.add("tube_radius", options.tube_radius)
-      .unit("m")
-      .more_than(0)
-      .acts_with(of(ShapeOption::tube_radius))
-      .help("radius of a ring's tube, less than its radius");
-  table.add("file", options.file)
-      .file()
-      .acts_with(mesh)
-      .help("closed mesh, with normals outward: obj, off, ply, stl, vtp, vtu, vtk or msh");
-  table.add("scale", options.scale)
-      .more_than(0)
-      .acts_with(mesh)
-      .help("by which the coordinates of the file are multiplied");
-  table.add("point", options.point)
-      .unit("m")
-      .acts_with(plane)
-      .acts_with(without_path)
-      .help("a point of a plane at time 0, about which it turns");
-  table.add("normal", options.normal).acts_with(plane).help("normal of a plane, towards the sheet; any length");
-  table.add("velocity", options.velocity).unit("m/s").acts_with(without_path).help("constant velocity");
-  table.add("path", options.path)
-      .unit("s,m,m,m")
-      .help(
-          "key points (time, x, y, z) of the centre or the point, which replaces them; linear between key points, at "
-          "rest before and after them");
-  table.add("angular_velocity", options.angular_velocity)
-      .unit("rad/s")
-      .acts_with(without_rotation)
-      .help("constant angular velocity about the centre or the point: along the axis of the turn, by the right hand");
-  table.add("rotation", options.rotation)
-      .unit("s,rad,rad,rad")
-      .help(
-          "key points (time, x, y, z) of the rotation vector, which is the axis of a turn times its angle; linear "
-          "between key points, at rest before and after them: [[0, 0, 0, 0], [1 s, 0, 0, 720 deg]] turns twice about "
-          "z");
-  table.add("friction", options.friction)
-      .at_least(0)
-      .help("coefficient of Coulomb friction between body and sheet")
-      .source("burning paper, section 7");
-  table.add("margin", options.margin).unit("m").at_least(0).help("gap kept between the body and what touches it");
-  table.add("restitution", options.restitution)
-      .range(0, 1)
-      .help(
-          "speed with which what comes to touch the body leaves it, over that with which it came, both along the "
-          "normal and relative to the body (of balloons by implicit Euler)");
-  table.add("temperature", options.temperature)
-      .unit("K")
-      .more_than(0)
-      .help("heats or cools what touches the body; no heat is exchanged unless given");
+  table.add("centre", options.centre, Rules("m").acts_with(solid).acts_with(without_path),
+            "centre at time 0, of a mesh the origin of its file, about which the body turns");
+  table.add("radius", options.radius, Rules("m").more_than(0).acts_with(of(ShapeOption::radius)),
+            "radius; of a ring that of the circle in the middle of its tube");
+  table.add("size", options.size, Rules("m").length(3).more_than(0).acts_with(of(ShapeOption::size)),
+            "edges of a box along x, y and z, before it is turned");
+  table.add("axis", options.axis, Rules().acts_with(of(ShapeOption::axis)),
+            "axis of a capsule, cylinder or ring, before it is turned; any length");
+  table.add("length", options.length, Rules("m").more_than(0).acts_with(of(ShapeOption::length)),
+            "length of a cylinder, of a capsule without its half balls");
+  table.add("tube_radius", options.tube_radius, Rules("m").more_than(0).acts_with(of(ShapeOption::tube_radius)),
+            "radius of a ring's tube, less than its radius");
+  table.add("file", options.file, Rules().file().acts_with(mesh),
+            "closed mesh, with normals outward: obj, off, ply, stl, vtp, vtu, vtk or msh");
+  table.add("scale", options.scale, Rules().more_than(0).acts_with(mesh),
+            "by which the coordinates of the file are multiplied");
+  table.add("point", options.point, Rules("m").acts_with(plane).acts_with(without_path),
+            "a point of a plane at time 0, about which it turns");
+  table.add("normal", options.normal, Rules().acts_with(plane), "normal of a plane, towards the sheet; any length");
+  table.add("velocity", options.velocity, Rules("m/s").acts_with(without_path), "constant velocity");
+  table.add("path", options.path, Rules("s,m,m,m"),
+            "key points (time, x, y, z) of the centre or the point, which replaces them; linear between key points, at "
+            "rest before and after them");
+  table.add("angular_velocity", options.angular_velocity, Rules("rad/s").acts_with(without_rotation),
+            "constant angular velocity about the centre or the point: along the axis of the turn, by the right hand");
+  table.add(
+      "rotation", options.rotation, Rules("s,rad,rad,rad"),
+      "key points (time, x, y, z) of the rotation vector, which is the axis of a turn times its angle; linear between "
+      "key points, at rest before and after them: [[0, 0, 0, 0], [1 s, 0, 0, 720 deg]] turns twice about z");
+  table.add("friction", options.friction, Rules().at_least(0), "coefficient of Coulomb friction between body and sheet",
+            "burning paper, section 7");
+  table.add("margin", options.margin, Rules("m").at_least(0), "gap kept between the body and what touches it");
+  table.add("restitution", options.restitution, Rules().range(0, 1),
+            "speed with which what comes to touch the body leaves it, over that with which it came, both along the "
+            "normal and relative to the body (of balloons by implicit Euler)");
+  table.add("temperature", options.temperature, Rules("K").more_than(0),
+            "heats or cools what touches the body; no heat is exchanged unless given");
   const Condition hot{"temperature", [&options] { return options.temperature.has_value(); }};
-  table.add("heat_transfer", options.heat_transfer)
-      .unit("W/(m^2 K)")
-      .more_than(0)
-      .acts_with(hot)
-      .help("heat that flows between the body and what touches it, by area and difference of temperature");
-  table.add("heat_reach", options.heat_reach)
-      .unit("m")
-      .more_than(0)
-      .acts_with(hot)
-      .help(
-          "gap over which heat_transfer falls smoothly to 0, beyond the gap at which a surface rests on the body; a "
-          "few times the gaps that the mesh leaves where it touches a round body");
+  table.add("heat_transfer", options.heat_transfer, Rules("W/(m^2 K)").more_than(0).acts_with(hot),
+            "heat that flows between the body and what touches it, by area and difference of temperature");
+  table.add("heat_reach", options.heat_reach, Rules("m").more_than(0).acts_with(hot),
+            "gap over which heat_transfer falls smoothly to 0, beyond the gap at which a surface rests on the body; a "
+            "few times the gaps that the mesh leaves where it touches a round body");
 }
 
 std::vector<Body> make_bodies(MPI_Comm comm, const std::map<std::string, BodyOptions>& options) {

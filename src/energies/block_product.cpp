@@ -1,6 +1,7 @@
 #include "energies/block_product.h"
 
 #include "base/error.h"
+#include "linear/shell_operations.h"
 
 #if defined(__x86_64__)
 #include <immintrin.h>
@@ -41,16 +42,10 @@ PetscErrorCode multiply_sequential(Mat matrix, Vec in, Vec out) {
     const PetscInt* columns = nullptr;
     PetscBool done = PETSC_FALSE;
     double* blocks = nullptr;
-    const double* x = nullptr;
-    double* y = nullptr;
     check(MatGetRowIJ(matrix, 0, PETSC_FALSE, PETSC_TRUE, &rows, &offsets, &columns, &done));
     check(MatSeqBAIJGetArray(matrix, &blocks));
-    check(VecGetArrayRead(in, &x));
-    check(VecGetArrayWrite(out, &y));
-    multiply(rows, offsets, columns, blocks, x, y);
+    multiply(rows, offsets, columns, blocks, ConstVecValues(in).data(), VecValues(out).data());
     check(PetscLogFlops(18.0 * static_cast<double>(offsets[rows])));
-    check(VecRestoreArrayWrite(out, &y));
-    check(VecRestoreArrayRead(in, &x));
     check(MatSeqBAIJRestoreArray(matrix, &blocks));
     check(MatRestoreRowIJ(matrix, 0, PETSC_FALSE, PETSC_TRUE, &rows, &offsets, &columns, &done));
   });

@@ -156,31 +156,25 @@ void RigidPatches::make_interpolation() {
 }
 
 void RigidPatches::interpolate(Vec patches, Vec vertices) const {
-  const double* in = nullptr;
-  double* out = nullptr;
-  check(VecGetArrayRead(patches, &in));
-  check(VecGetArrayWrite(vertices, &out));
+  const ConstVecValues in(patches);
+  VecValues out(vertices);
   for (std::size_t p = 0; p < rows_.size(); ++p) {
-    movement_.col(static_cast<Eigen::Index>(p)).noalias() = basis_[p] * Eigen::Map<const Movement>(in + 6 * p);
+    movement_.col(static_cast<Eigen::Index>(p)).noalias() = basis_[p] * Eigen::Map<const Movement>(in.data() + 6 * p);
   }
   for (PetscInt i = 0; i < tangent_.vertices().owned; ++i) {
     const auto of_patch = movement_.col(local_patch(i));
-    Eigen::Map<Eigen::Vector3d>(out + 3 * i) = of_patch.head<3>() + of_patch.tail<3>().cross(arm_.col(i));
+    out.segment<3>(3 * i) = of_patch.head<3>() + of_patch.tail<3>().cross(arm_.col(i));
   }
   for (const PetscInt i : bound_) {
-    Eigen::Map<Eigen::Vector3d> shift(out + 3 * i);
+    auto shift = out.segment<3>(3 * i);
     shift = (projector(i) * shift).eval();
   }
-  check(VecRestoreArrayWrite(vertices, &out));
-  check(VecRestoreArrayRead(patches, &in));
   check(PetscLogFlops(12.0 * tangent_.vertices().owned));
 }
 
 void RigidPatches::restrict_to_patches(Vec vertices, Vec patches) const {
-  const double* in = nullptr;
-  double* out = nullptr;
-  check(VecGetArrayRead(vertices, &in));
-  check(VecGetArrayWrite(patches, &out));
+  const ConstVecValues in(vertices);
+  VecValues out(patches);
   movement_.setZero();
   const auto add = [this](PetscInt i, const Eigen::Vector3d& force) {
     auto of_patch = movement_.col(local_patch(i));
@@ -188,17 +182,16 @@ void RigidPatches::restrict_to_patches(Vec vertices, Vec patches) const {
     of_patch.tail<3>() += arm_.col(i).cross(force);
   };
   for (PetscInt i = 0; i < tangent_.vertices().owned; ++i) {
-    add(i, Eigen::Map<const Eigen::Vector3d>(in + 3 * i));
+    add(i, in.segment<3>(3 * i));
   }
   for (const PetscInt i : bound_) {
-    const Eigen::Map<const Eigen::Vector3d> force(in + 3 * i);
+    const Eigen::Vector3d force = in.segment<3>(3 * i);
     add(i, projector(i) * force - force);
   }
   for (std::size_t p = 0; p < rows_.size(); ++p) {
-    Eigen::Map<Movement>(out + 6 * p).noalias() = basis_[p].transpose() * movement_.col(static_cast<Eigen::Index>(p));
+    Eigen::Map<Movement>(out.data() + 6 * p).noalias() =
+        basis_[p].transpose() * movement_.col(static_cast<Eigen::Index>(p));
   }
-  check(VecRestoreArrayWrite(patches, &out));
-  check(VecRestoreArrayRead(vertices, &in));
   check(PetscLogFlops(15.0 * tangent_.vertices().owned));
 }
 

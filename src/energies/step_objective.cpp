@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "linear/shell_operations.h"
 #include "parallel/collective.h"
 
 namespace pellicle {
@@ -102,13 +103,11 @@ bool StepObjective::begin_step(double h) {
 void StepObjective::move_to(Vec unknowns) {
   const Eigen::Index size = of_parts([](const StepPart& part) { return part.own_unknowns(); }).size();
   Eigen::VectorXd own(size);
-  const double* values = nullptr;
-  check(VecGetArrayRead(unknowns, &values));
-  std::copy_n(values, 3 * vertices().owned, position_.data());
+  const ConstVecValues values(unknowns);
+  std::copy_n(values.data(), 3 * vertices().owned, position_.data());
   if (rank_ == 0) {
-    std::copy_n(values + 3 * vertices().owned, size, own.data());
+    own = values.tail(size);
   }
-  check(VecRestoreArrayRead(unknowns, &values));
   if (size > 0) {
     MPI_Bcast(own.data(), static_cast<int>(size), MPI_DOUBLE, 0, comm());
   }
@@ -123,13 +122,11 @@ void StepObjective::move_to(Vec unknowns) {
 
 void StepObjective::write_to(Vec unknowns) const {
   const Eigen::VectorXd own = of_parts([](const StepPart& part) { return part.own_unknowns(); });
-  double* values = nullptr;
-  check(VecGetArray(unknowns, &values));
-  std::copy_n(position_.data(), 3 * vertices().owned, values);
+  VecValues values(unknowns);
+  std::copy_n(position_.data(), 3 * vertices().owned, values.data());
   if (rank_ == 0) {
-    std::copy(own.begin(), own.end(), values + 3 * vertices().owned);
+    values.tail(own.size()) = own;
   }
-  check(VecRestoreArray(unknowns, &values));
 }
 
 double StepObjective::value() {
@@ -147,9 +144,8 @@ double StepObjective::value() {
 }
 
 void StepObjective::compute_residual(Vec residual) {
-  double* values = nullptr;
-  check(VecGetArrayWrite(residual, &values));
-  Eigen::Map<Eigen::Matrix3Xd> sum(values, 3, vertices().owned);
+  VecValues values(residual);
+  Eigen::Map<Eigen::Matrix3Xd> sum(values.data(), 3, vertices().owned);
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     sum.middleCols(joined_.first_owned(p), parts_[p]->vertices().owned) = parts_[p]->gradient();
   }
@@ -165,9 +161,8 @@ void StepObjective::compute_residual(Vec residual) {
   }
   const Eigen::VectorXd own = of_parts([](StepPart& part) { return part.own_rows(); });
   if (rank_ == 0) {
-    std::copy(own.begin(), own.end(), values + 3 * vertices().owned);
+    values.tail(own.size()) = own;
   }
-  check(VecRestoreArrayWrite(residual, &values));
 }
 
 double StepObjective::residual_scale(double rtol) const {
@@ -228,17 +223,13 @@ double StepObjective::inverted(const Field& from, const Field& to) const {
 
 void StepObjective::limit(Vec residual, Vec descent) const {
   const PetscInt owned = vertices().owned;
-  const double* gradient = nullptr;
-  double* values = nullptr;
-  check(VecGetArrayRead(residual, &gradient));
-  check(VecGetArray(descent, &values));
-  Eigen::Map<Eigen::Matrix3Xd> down(values, 3, owned);
+  const ConstVecValues gradient(residual);
+  VecValues values(descent);
+  Eigen::Map<Eigen::Matrix3Xd> down(values.data(), 3, owned);
   tangent_->projectors().apply(down);
   down = -down;
-  limit_step(comm(), potentials_, position_, Eigen::Map<const Eigen::Matrix3Xd>(gradient, 3, owned), down);
+  limit_step(comm(), potentials_, position_, Eigen::Map<const Eigen::Matrix3Xd>(gradient.data(), 3, owned), down);
   down = -down;
-  check(VecRestoreArray(descent, &values));
-  check(VecRestoreArrayRead(residual, &gradient));
 }
 
 bool StepObjective::refresh() {

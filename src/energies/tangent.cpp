@@ -399,12 +399,10 @@ void Tangent::make_diagonal() {
 
 void Tangent::copy_diagonal(Vec out) {
   make_diagonal();
-  double* values = nullptr;
-  check(VecGetArrayWrite(out, &values));
+  VecValues values(out);
   for (std::size_t i = 0; i < diagonal_.size(); ++i) {
-    Eigen::Map<Eigen::Vector3d>(values + 3 * i) = diagonal_[i].diagonal();
+    values.segment<3>(3 * i) = diagonal_[i].diagonal();
   }
-  check(VecRestoreArrayWrite(out, &values));
 }
 
 void Tangent::give_inverse_blocks(const PetscScalar** values) {
@@ -417,11 +415,9 @@ void Tangent::give_inverse_blocks(const PetscScalar** values) {
 
 /// Product of the shell: P H P and the terms of `hold`.
 void Tangent::multiply(Vec in, Vec out) {
-  const double* w = nullptr;
-  double* y = nullptr;
-  check(VecGetArrayRead(in, &w));
-  check(VecGetArrayWrite(out, &y));
-  const Eigen::Map<const Eigen::Matrix3Xd> given(w, 3, owned());
+  const ConstVecValues w(in);
+  VecValues y(out);
+  const Eigen::Map<const Eigen::Matrix3Xd> given(w.data(), 3, owned());
   const auto argument = [this](PetscInt i) { return Eigen::Map<Eigen::Vector3d>(argument_.data() + 4 * i); };
   for (PetscInt i = 0; i < owned(); ++i) {
     argument(i) = given.col(i);
@@ -458,9 +454,7 @@ void Tangent::multiply(Vec in, Vec out) {
           projectors_[i] * product_.col(i).head<3>().eval() + constrained_ * (given.col(i) - argument(i));
     }
   }
-  Eigen::Map<Eigen::Matrix3Xd>(y, 3, owned()) = product_.topRows<3>().leftCols(owned());
-  check(VecRestoreArrayWrite(out, &y));
-  check(VecRestoreArrayRead(in, &w));
+  Eigen::Map<Eigen::Matrix3Xd>(y.data(), 3, owned()) = product_.topRows<3>().leftCols(owned());
 }
 
 }  // namespace energies

@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "geometry/principal_axes.h"
+#include "linear/shell_operations.h"
 #include "parallel/collective.h"
 
 namespace pellicle {
@@ -238,18 +239,13 @@ void TangentFactor::solve(const double* load, double* solution) {
 }
 
 void TangentFactor::apply(Vec in, Vec out) {
-  const double* load = nullptr;
-  double* solution = nullptr;
-  const PetscInt rows = 3 * tangent_.vertices().owned;
-  check(VecGetArrayRead(in, &load));
-  check(VecGetArrayWrite(out, &solution));
-  solve(load, solution);
+  const ConstVecValues load(in);
+  VecValues solution(out);
+  solve(load.data(), solution.data());
   if (influence_.cols() > 0) {
-    const Eigen::VectorXd forces = influence_.transpose() * Eigen::Map<const Eigen::VectorXd>(load, rows);
-    Eigen::Map<Eigen::VectorXd>(solution, rows) -= influence_ * border_.solve(sum_of_ranks(forces));
+    const Eigen::VectorXd forces = influence_.transpose() * load;
+    solution -= influence_ * border_.solve(sum_of_ranks(forces));
   }
-  check(VecRestoreArrayWrite(out, &solution));
-  check(VecRestoreArrayRead(in, &load));
 }
 
 PetscErrorCode TangentFactor::apply_callback(PC pc, Vec in, Vec out) {

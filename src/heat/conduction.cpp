@@ -117,15 +117,7 @@ void Conduction::update_operator(const ConductionInput& input) {
 
 void Conduction::copy_diagonal(Vec out) const { copy_to(out, diagonal_); }
 
-void Conduction::multiply_vector(Vec x, Vec product) {
-  const double* given = nullptr;
-  double* values = nullptr;
-  check(VecGetArrayRead(x, &given));
-  check(VecGetArrayWrite(product, &values));
-  multiply(given, values);
-  check(VecRestoreArrayWrite(product, &values));
-  check(VecRestoreArrayRead(x, &given));
-}
+void Conduction::multiply_vector(Vec x, Vec product) { multiply(ConstVecValues(x).data(), VecValues(product).data()); }
 
 void Conduction::multiply(const double* x, double* product) {
   const PetscInt owned = surface_.particles.owned;
@@ -178,10 +170,8 @@ StageResult Conduction::advance(Field& temperature, const ConductionInput& input
     if (!result.converged) {
       return result;
     }
-    const double* increments = nullptr;
-    check(VecGetArrayRead(increment_, &increments));
-    const Eigen::Map<const Eigen::VectorXd> increment(increments, owned);
-    multiply(increments, product_.data());
+    const ConstVecValues increment(increment_);
+    multiply(increment.data(), product_.data());
     remainder_ = (remainder_ - product_).cwiseQuotient(graph_.capacity);
     largest = owned > 0 ? remainder_.cwiseAbs().maxCoeff() : 0;
     largest = max_over_ranks(surface_.comm(), largest);
@@ -193,7 +183,6 @@ StageResult Conduction::advance(Field& temperature, const ConductionInput& input
       after += increment;
       estimate_.update_ghosts();
     }
-    check(VecRestoreArrayRead(increment_, &increments));
     if (is_done) {
       return result;
     }

@@ -62,42 +62,23 @@ Eigen::Vector3d HeatSource::centre_at(double time) const {
 }
 
 void describe(OptionTable& table, HeatSource& source) {
-  table.add("shape", source.shape)
-      .help("a moving hot ball, or an image on the surface")
-      .source("burning paper, section 5");
-  table.add("temperature", source.temperature).unit("K").more_than(0).help("temperature of the source");
-  table.add("rate", source.rate)
-      .unit("1/s")
-      .at_least(0)
-      .help("how fast the surface takes on the source's temperature")
-      .source("docs/theory.md: parameters");
-  table.add("start_time", source.start_time).unit("s").help("when the source begins to heat");
-  table.add("end_time", source.end_time).unit("s").help("when the source stops heating; never unless given");
+  table.add("shape", source.shape, "a moving hot ball, or an image on the surface", "burning paper, section 5");
+  table.add("temperature", source.temperature, Rules("K").more_than(0), "temperature of the source");
+  table.add("rate", source.rate, Rules("1/s").at_least(0), "how fast the surface takes on the source's temperature",
+            "docs/theory.md: parameters");
+  table.add("start_time", source.start_time, Rules("s"), "when the source begins to heat");
+  table.add("end_time", source.end_time, Rules("s"), "when the source stops heating; never unless given");
   const Condition ball = of_shapes(source, &HeatSourceShape::has_centre);
   const Condition without_path{"no path", [&source] { return source.path.empty(); }};
-  table.add("radius", source.radius)
-      .unit("m")
-      .more_than(0)
-      .acts_with(ball)
-      .help("radius of a ball")
-      .source("docs/theory.md: parameters");
-  table.add("centre", source.centre)
-      .unit("m")
-      .acts_with(ball)
-      .acts_with(without_path)
-      .help("centre of a ball at time 0");
-  table.add("velocity", source.velocity).unit("m/s").acts_with(ball).acts_with(without_path).help("velocity of a ball");
-  table.add("path", source.path)
-      .unit("s,m,m,m")
-      .length(4)
-      .acts_with(ball)
-      .help(
-          "key points of a ball (time, x, y, z), which replace centre and velocity; linear between key points, at rest "
-          "before and after them");
-  table.add("file", source.file)
-      .file()
-      .acts_with(of_shapes(source, &HeatSourceShape::has_image))
-      .help("image of a texture: white takes the whole rate, black none");
+  table.add("radius", source.radius, Rules("m").more_than(0).acts_with(ball), "radius of a ball",
+            "docs/theory.md: parameters");
+  table.add("centre", source.centre, Rules("m").acts_with(ball).acts_with(without_path), "centre of a ball at time 0");
+  table.add("velocity", source.velocity, Rules("m/s").acts_with(ball).acts_with(without_path), "velocity of a ball");
+  table.add("path", source.path, Rules("s,m,m,m").length(4).acts_with(ball),
+            "key points of a ball (time, x, y, z), which replace centre and velocity; linear between key points, at "
+            "rest before and after them");
+  table.add("file", source.file, Rules().file().acts_with(of_shapes(source, &HeatSourceShape::has_image)),
+            "image of a texture: white takes the whole rate, black none");
 }
 
 void validate(const std::string& name, const HeatSource& source) {

@@ -56,11 +56,11 @@ void require_valid(const std::string& key, const BlobOptions& options) {
 }  // namespace
 
 void describe(OptionTable& table, BlobOptions& options) {
-  table.add("shape", options.shape)
-      .help("what the solid is; a capsule is a cylinder with round ends, a round cone if its ends differ");
-  table.add("operation", options.operation)
-      .help("whether the solid is joined to the others or taken away from them; all adding comes first");
-  table.add("centre", options.centre).unit("m").help("its centre; of capsule and cylinder that of the first end");
+  table.add("shape", options.shape,
+            "what the solid is; a capsule is a cylinder with round ends, a round cone if its ends differ");
+  table.add("operation", options.operation,
+            "whether the solid is joined to the others or taken away from them; all adding comes first");
+  table.add("centre", options.centre, Rules("m"), "its centre; of capsule and cylinder that of the first end");
   const auto add = [&](const char* key, auto& variable, const char* unit,
                        const std::vector<BlobShape>& shapes) -> auto& {
     return table.add(key, variable).unit(unit).acts_with(one_of("shape", options.shape, shapes));
@@ -79,24 +79,15 @@ void describe(OptionTable& table, BlobOptions& options) {
   add("rotation", options.rotation, "rad", {BlobShape::ellipsoid, BlobShape::box, BlobShape::torus})
       .help("turned by these angles about the axes x, y and z, in this order, through its centre");
   add("round", options.round, "m", {BlobShape::box, BlobShape::cylinder}).at_least(0).help("radius of the edges");
-  table.add("blend", options.blend)
-      .unit("m")
-      .more_than(0)
-      .help("radius of the fillet where it meets others of the same blend at a right angle");
-  table.add("relief", options.relief)
-      .unit("m")
-      .at_least(0)
-      .help("height of the waves on its surface above and below the mean, see flutes and pitch");
+  table.add("blend", options.blend, Rules("m").more_than(0),
+            "radius of the fillet where it meets others of the same blend at a right angle");
+  table.add("relief", options.relief, Rules("m").at_least(0),
+            "height of the waves on its surface above and below the mean, see flutes and pitch");
   const Condition has_relief{"relief: more than 0", [&options] { return options.relief > 0; }};
-  table.add("flutes", options.flutes)
-      .at_least(0)
-      .acts_with(has_relief)
-      .help("waves of the relief round its own z axis; 0: rings only");
-  table.add("pitch", options.pitch)
-      .unit("m")
-      .at_least(0)
-      .acts_with(has_relief)
-      .help("length of a wave of the relief along its own z axis; 0: flutes only, with both there are bumps");
+  table.add("flutes", options.flutes, Rules().at_least(0).acts_with(has_relief),
+            "waves of the relief round its own z axis; 0: rings only");
+  table.add("pitch", options.pitch, Rules("m").at_least(0).acts_with(has_relief),
+            "length of a wave of the relief along its own z axis; 0: flutes only, with both there are bumps");
 }
 
 Eigen::Matrix3d rotation_about_axes(const Eigen::Vector3d& angles) {

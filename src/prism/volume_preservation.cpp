@@ -19,19 +19,14 @@ constexpr double least_part = 0.1;
 }  // namespace
 
 void describe(OptionTable& table, VolumeOptions& options) {
-  table.add("volume.rule", options.rule)
-      .help(
-          "how far volume preservation moves each vertex: mass solves the linearised constraint exactly; printed is "
-          "the paper's formula, which diverges; muller06 the older one of position based dynamics")
-      .source("balloon paper, eq. 27; docs/theory.md: readings");
-  table.add("volume.tolerance", options.tolerance)
-      .range(1e-13, 0.1)
-      .help("relative error of the rubber's volume at which volume preservation ends")
-      .source("docs/theory.md: parameters");
-  table.add("volume.max_iterations", options.max_iterations)
-      .at_least(1)
-      .help("corrections of volume preservation in a step; the paper's: 1")
-      .source("balloon paper, Algorithm 2");
+  table.add("volume.rule", options.rule,
+            "how far volume preservation moves each vertex: mass solves the linearised constraint exactly; printed is "
+            "the paper's formula, which diverges; muller06 the older one of position based dynamics",
+            "balloon paper, eq. 27; docs/theory.md: readings");
+  table.add("volume.tolerance", options.tolerance, Rules().range(1e-13, 0.1),
+            "relative error of the rubber's volume at which volume preservation ends", "docs/theory.md: parameters");
+  table.add("volume.max_iterations", options.max_iterations, Rules().at_least(1),
+            "corrections of volume preservation in a step; the paper's: 1", "balloon paper, Algorithm 2");
 }
 
 PrismVolume prism_volume(const Eigen::Vector3d& e12, const Eigen::Vector3d& e13, const Eigen::Vector3d& e14) {

@@ -12,45 +12,34 @@ namespace pellicle {
 inline namespace world {
 
 void describe(OptionTable& table, TimeOptions& options) {
-  table.add("time.step", options.step).unit("s").more_than(0).help("time step h").source("burning paper, Table 2");
-  table.add("time.scheme", options.scheme)
-      .help(
-          "implicit_euler: of first order, damps vibrations; generalized_alpha, not with dynamics projection: of "
-          "second "
-          "order, conserves energy except that of motions which the step does not resolve; statics: every step ends in "
-          "equilibrium, without inertia and damping")
-      .source("balloon paper, eq. 18; Chung and Hulbert 1993");
-  table.add("time.spectral_radius", options.spectral_radius)
-      .range(0, 1)
-      .acts_with(one_of("time.scheme", options.scheme, {TimeScheme::generalized_alpha}))
-      .help(
-          "factor by which a step multiplies motions much faster than the step; 1: nothing is damped, and angular "
-          "momentum is conserved, too")
-      .source("Chung and Hulbert 1993, eq. 25");
-  table.add("time.arc_length", options.arc_length)
-      .unit("m/s")
-      .more_than(0)
-      .acts_with(one_of("time.scheme", options.scheme, {TimeScheme::statics}))
-      .help(
-          "follows the path of equilibria beyond limit points: the vertices move so far in a second, root mean square, "
-          "and the loads have a time of their own, which may go back (history.csv: load_time); unless given the loads' "
-          "time is that of the run")
-      .source("Riks 1979");
-  table.add("time.end", options.end).unit("s").at_least(0).help("the run ends at this time");
-  table.add("time.max_steps", options.max_steps).at_least(0).help("or after so many steps; 0: no such limit");
-  table.add("time.max_retries", options.max_retries)
-      .range(0, 30)
-      .help("a step that fails is tried again with half its length, down to time.step halved so many times");
-  table.add("time.tolerance", options.tolerance)
-      .range(0, 1)
-      .help(
-          "error of a step that is aimed at, as a share of the square root of the object's area; from it follow the "
-          "lengths of the steps, the first of time.step; 0: all of time.step");
-  table.add("time.max_step", options.max_step)
-      .unit("s")
-      .more_than(0)
-      .acts_with({"time.tolerance: more than 0", [&options] { return options.tolerance > 0; }})
-      .help("longest step with a tolerance; time.step unless given");
+  table.add("time.step", options.step, Rules("s").more_than(0), "time step h", "burning paper, Table 2");
+  table.add("time.scheme", options.scheme,
+            "implicit_euler: of first order, damps vibrations; generalized_alpha, not with dynamics projection: of "
+            "second order, conserves energy except that of motions which the step does not resolve; statics: every "
+            "step ends in equilibrium, without inertia and damping",
+            "balloon paper, eq. 18; Chung and Hulbert 1993");
+  table.add("time.spectral_radius", options.spectral_radius,
+            Rules().range(0, 1).acts_with(one_of("time.scheme", options.scheme, {TimeScheme::generalized_alpha})),
+            "factor by which a step multiplies motions much faster than the step; 1: nothing is damped, and angular "
+            "momentum is conserved, too",
+            "Chung and Hulbert 1993, eq. 25");
+  table.add("time.arc_length", options.arc_length,
+            Rules("m/s").more_than(0).acts_with(one_of("time.scheme", options.scheme, {TimeScheme::statics})),
+            "follows the path of equilibria beyond limit points: the vertices move so far in a second, root mean "
+            "square, and the loads have a time of their own, which may go back (history.csv: load_time); unless given "
+            "the loads' time is that of the run",
+            "Riks 1979");
+  table.add("time.end", options.end, Rules("s").at_least(0), "the run ends at this time");
+  table.add("time.max_steps", options.max_steps, Rules().at_least(0), "or after so many steps; 0: no such limit");
+  table.add("time.max_retries", options.max_retries, Rules().range(0, 30),
+            "a step that fails is tried again with half its length, down to time.step halved so many times");
+  table.add("time.tolerance", options.tolerance, Rules().range(0, 1),
+            "error of a step that is aimed at, as a share of the square root of the object's area; from it follow the "
+            "lengths of the steps, the first of time.step; 0: all of time.step");
+  table.add(
+      "time.max_step", options.max_step,
+      Rules("s").more_than(0).acts_with({"time.tolerance: more than 0", [&options] { return options.tolerance > 0; }}),
+      "longest step with a tolerance; time.step unless given");
 }
 
 void require_valid(const TimeOptions& options) {
@@ -61,19 +50,13 @@ void require_valid(const TimeOptions& options) {
 }
 
 void describe(OptionTable& table, ForceOptions& options) {
-  table.add("force.gravity", options.gravity)
-      .unit("m/s^2")
-      .help("acceleration of every particle")
-      .source("burning paper, eq. 8");
-  table.add("force.damping", options.damping)
-      .unit("1/s")
-      .at_least(0)
-      .help(
-          "rate c at which velocities of a sheet fade, whatever moves with it: v exp(-c h), also of a free fall and of "
-          "a sheet as a whole; what is at rest bears all of its weight. Unless given 0 with dynamics elastic, where "
-          "sheet.damping damps what deforms, and 2/s "
-          "otherwise; of a balloon: prism.mass_damping; by the air: force.air_density")
-      .source("docs/theory.md: parameters");
+  table.add("force.gravity", options.gravity, Rules("m/s^2"), "acceleration of every particle", "burning paper, eq. 8");
+  table.add("force.damping", options.damping, Rules("1/s").at_least(0),
+            "rate c at which velocities of a sheet fade, whatever moves with it: v exp(-c h), also of a free fall and "
+            "of a sheet as a whole; what is at rest bears all of its weight. Unless given 0 with dynamics elastic, "
+            "where sheet.damping damps what deforms, and 2/s otherwise; of a balloon: prism.mass_damping; by the air: "
+            "force.air_density",
+            "docs/theory.md: parameters");
   describe(table, options.air);
 }
 
@@ -156,11 +139,11 @@ namespace {
 
 /// A sheet: its options have no effect on a balloon.
 void describe_sheet(OptionTable& table, Options& options) {
-  table.add("dynamics", options.dynamics)
-      .help(
-          "what holds the sheet together: successive fast projection of the springs onto their target lengths; spring: "
-          "Hooke's law, the mass-spring baseline; elastic: a material with tensile, shear and bending stiffness")
-      .source("burning paper, section 7 and Fig. 7");
+  table.add(
+      "dynamics", options.dynamics,
+      "what holds the sheet together: successive fast projection of the springs onto their target lengths; spring: "
+      "Hooke's law, the mass-spring baseline; elastic: a material with tensile, shear and bending stiffness",
+      "burning paper, section 7 and Fig. 7");
   const Condition elastic = one_of("dynamics", options.dynamics, {Dynamics::elastic});
   table.add_under(elastic, [&] { describe(table, options.material); });
   table.add_solver_settings([&] {
@@ -251,16 +234,15 @@ void describe(OptionTable& table, Options& options) {
       "chain: burn, or for a balloon heat.sources, heat.convection, heat.emissivity, ablation.strength, wall.strength, "
       "bodies.NAME.temperature, or heat.initial_temperature above combustion.ignition_temperature",
       [&options] { return options.chain == ChainKind::burn || balloon_burns(options); }};
-  table.add("chain", options.chain)
-      .help(
-          "burn: a sheet of quads that heats, burns and shrinks; inflate: a balloon of triangles, also unless given "
-          "where the first deck has a wall");
+  table.add("chain", options.chain,
+            "burn: a sheet of quads that heats, burns and shrinks; inflate: a balloon of triangles, also unless given "
+            "where the first deck has a wall");
   table.follow_decks([&] { choose_chain(table, options); });
   describe(table, options.mesh);
   describe(table, options.sheet);
   table.add_of_run([&] {
-    table.add("mesh.only", options.mesh_only)
-        .help("read or generate the mesh, check it, write it with its quality and partition, and end");
+    table.add("mesh.only", options.mesh_only,
+              "read or generate the mesh, check it, write it with its quality and partition, and end");
     describe(table, options.time);
   });
   table.add_under(burns, [&] { describe_sheet(table, options); });
@@ -281,25 +263,21 @@ void describe(OptionTable& table, Options& options) {
     table.add_objects("bodies", options.bodies, "solids that sheets and balloons cannot enter");
     describe(table, options.output);
     describe(table, options.checkpoint);
-    table.add("replay", options.replay)
-        .file()
-        .not_read_again()
-        .needs_value("a file that -heat_save_system or another option of this kind has written")
-        .help(
-            "in place of a run, solves the linear system of this file, which -heat_save_system FILE (or -project_red_, "
-            "-elastic_, -prism_, ...) has written, by the solver of -replay_ksp_type, -replay_pc_type and so on");
+    table.add(
+        "replay", options.replay,
+        Rules().file().not_read_again().needs_value(
+            "a file that -heat_save_system or another option of this kind has written"),
+        "in place of a run, solves the linear system of this file, which -heat_save_system FILE (or -project_red_, "
+        "-elastic_, -prism_, ...) has written, by the solver of -replay_ksp_type, -replay_pc_type and so on");
     table.add_solver_prefix("replay_");
-    table.add("restart", options.restart)
-        .file()
-        .not_read_again()
-        .needs_value("the folder of a run, or a checkpoint of it")
-        .help("goes on from the newest sound checkpoint of this folder of a run, or from this file");
-    table.add("verify_restart", options.verify_restart)
-        .at_least(0)
-        .acts_with({"checkpoint.keep: more than 0", [&options] { return options.checkpoint.keep > 0; }})
-        .help(
-            "runs so many steps, writes a checkpoint, runs as many more both straight and from the checkpoint, and "
-            "compares the fields; 0: an ordinary run");
+    table.add("restart", options.restart,
+              Rules().file().not_read_again().needs_value("the folder of a run, or a checkpoint of it"),
+              "goes on from the newest sound checkpoint of this folder of a run, or from this file");
+    table.add("verify_restart", options.verify_restart,
+              Rules().at_least(0).acts_with(
+                  {"checkpoint.keep: more than 0", [&options] { return options.checkpoint.keep > 0; }}),
+              "runs so many steps, writes a checkpoint, runs as many more both straight and from the checkpoint, and "
+              "compares the fields; 0: an ordinary run");
   });
   // A balloon has one layer of particles. An object with gas in it is not renumbered: what has died stays where it is.
   table.find_key("sheet.layers")->acts_with(one_of("dynamics", options.dynamics, {Dynamics::projection}));

@@ -260,7 +260,9 @@ TEST(SheetAtRest, FollowsASphereOfSpringsBeyondItsHighestPressure) {
       const double pressure = sheet.state().pressure[0];
       EXPECT_NEAR(pressure, 1e4 * sheet.figure("load_time"), 1e-6 * pressure);
       const double stretch = std::cbrt(sheet.figure("gas_volume") / undeformed);
-      EXPECT_NEAR(stretch - path.back().stretch, 0.1, 0.4 * accuracy) << dynamics << ": nearly all radial";
+      if (step > 1) {
+        EXPECT_NEAR(stretch - path.back().stretch, 0.1, 0.4 * accuracy) << dynamics << ": nearly all radial";
+      }
       path.push_back({stretch, pressure});
       stiffness = step == 1 ? pressure * stretch * stretch / (stretch - 1) : stiffness;
       const double expected = stiffness * (stretch - 1) / (stretch * stretch);
