@@ -36,10 +36,9 @@ void describe(OptionTable& table, TimeOptions& options) {
   table.add("time.tolerance", options.tolerance, Rules().range(0, 1),
             "error of a step that is aimed at, as a share of the square root of the object's area; from it follow the "
             "lengths of the steps, the first of time.step; 0: all of time.step");
-  table.add(
-      "time.max_step", options.max_step,
-      Rules("s").more_than(0).acts_with({"time.tolerance: more than 0", [&options] { return options.tolerance > 0; }}),
-      "longest step with a tolerance; time.step unless given");
+  table.add("time.max_step", options.max_step,
+            Rules("s").more_than(0).acts_with(is_positive("time.tolerance", options.tolerance)),
+            "longest step with a tolerance; time.step unless given");
 }
 
 void require_valid(const TimeOptions& options) {
@@ -84,6 +83,26 @@ double velocity_damping(const Options& options) {
 
 namespace {
 
+bool inflates(const Options& options) { return options.chain == ChainKind::inflate; }
+
+/// Whether a predicate holds for a chamber.
+template <class OfChamber>
+bool any_chamber(const Options& options, const OfChamber& holds) {
+  return std::any_of(options.chambers.begin(), options.chambers.end(),
+                     [&holds](const auto& chamber) { return holds(chamber.second); });
+}
+
+bool has_holes(const Options& options) {
+  return any_chamber(options, [](const ChamberOptions& chamber) { return chamber.hole_discharge.has_value(); });
+}
+
+/// Whether a chamber has one of some laws.
+bool has_law(const Options& options, const std::vector<GasLaw>& laws) {
+  return any_chamber(options, [&laws](const ChamberOptions& chamber) {
+    return std::find(laws.begin(), laws.end(), chamber.law) != laws.end();
+  });
+}
+
 /// Whether anything heats or tears an object.
 bool heats_or_tears(const Options& options) {
   const HeatOptions& heat = options.heat;
@@ -94,15 +113,15 @@ bool heats_or_tears(const Options& options) {
 
 }  // namespace
 
-bool balloon_burns(const Options& options) { return options.chain == ChainKind::inflate && heats_or_tears(options); }
+bool balloon_burns(const Options& options) { return inflates(options) && heats_or_tears(options); }
 
 bool balances_bodies(const Options& options) {
-  return options.chain == ChainKind::inflate || options.dynamics != Dynamics::projection || options.contact.self;
+  return inflates(options) || options.dynamics != Dynamics::projection || options.contact.self;
 }
 
 AblationOptions cracks_of(const Options& options) {
   AblationOptions cracks = options.ablation;
-  if (options.chain == ChainKind::inflate && options.wall.strength) {
+  if (inflates(options) && options.wall.strength) {
     if (cracks.strength) {
       throw Error("wall.strength: given, and ablation.strength too, expected one of them");
     }
@@ -118,24 +137,25 @@ bool has_links_elsewhere(const Options& options) {
 }
 
 bool gas_is_joined(const Options& options) {
-  return !options.gas.links.empty() ||
-         std::any_of(options.chambers.begin(), options.chambers.end(), [](const auto& chamber) {
-           return chamber.second.heat_transfer > 0 || chamber.second.permeability > 0 ||
-                  chamber.second.hole_discharge.has_value() || !chamber.second.inside.empty();
-         });
+  return !options.gas.links.empty() || has_holes(options) || any_chamber(options, [](const ChamberOptions& chamber) {
+    return chamber.heat_transfer > 0 || chamber.permeability > 0 || !chamber.inside.empty();
+  });
 }
 
-bool gas_pushes_unevenly(const Options& options) {
-  return options.gas.buoyancy || std::any_of(options.chambers.begin(), options.chambers.end(), [](const auto& chamber) {
-           return chamber.second.hole_discharge.has_value();
-         });
-}
+bool gas_pushes_unevenly(const Options& options) { return options.gas.buoyancy || has_holes(options); }
 
 Eigen::Vector3d gravity_of_gas(const Options& options) {
   return options.gas.buoyancy ? options.force.gravity : Eigen::Vector3d::Zero();
 }
 
 namespace {
+
+using Predicate = bool (*)(const Options&);
+
+/// Whether fire or cracks can remove elements.
+bool removes_elements(const Options& options) {
+  return options.ablation.loss_mass > 0 || options.ablation.strength.has_value();
+}
 
 /// A sheet: its options have no effect on a balloon.
 void describe_sheet(OptionTable& table, Options& options) {
@@ -166,34 +186,11 @@ void describe_burning(OptionTable& table, Options& options) {
   describe(table, options.ablation,
            {"ablation.strength or wall.strength",
             [&options] { return options.ablation.strength.has_value() || options.wall.strength.has_value(); }});
-  const Condition has_tension = one_of("dynamics", options.dynamics, {Dynamics::projection, Dynamics::elastic});
-  for (const char* name : {"strength", "strength_texture", "strength_range", "char_strength", "strength_length",
-                           "strength_scatter", "scatter_length"}) {
-    table.find_key(std::string("ablation.") + name)->acts_with(has_tension);
-  }
 }
 
 /// Gas, in sheets and in balloons.
 void describe_gas(OptionTable& table, Options& options) {
   describe(table, options.gas);
-  table.find_key("gas.ambient_pressure")
-      ->acts_with({"a chamber of the law isothermal, adiabatic or pressure", [&chambers = options.chambers] {
-                     return std::any_of(chambers.begin(), chambers.end(), [](const auto& chamber) {
-                       return chamber.second.law != GasLaw::relative && chamber.second.law != GasLaw::volume;
-                     });
-                   }});
-  const Condition has_amounts{"a chamber of the law isothermal or adiabatic", [&chambers = options.chambers] {
-                                return std::any_of(chambers.begin(), chambers.end(), [](const auto& chamber) {
-                                  return chamber.second.law == GasLaw::isothermal ||
-                                         chamber.second.law == GasLaw::adiabatic;
-                                });
-                              }};
-  for (const char* key : {"gas.buoyancy", "gas.molar_mass", "gas.ambient_temperature"}) {
-    table.find_key(key)->acts_with(has_amounts);
-  }
-  table.find_key("gas.tangent")
-      ->acts_with(one_of("chain", options.chain, {ChainKind::inflate}))
-      .acts_with({"chambers", [&options] { return !options.chambers.empty(); }});
   table.add_objects("chambers", options.chambers, "volumes of gas that closed sheets and balloons enclose");
 }
 
@@ -210,10 +207,6 @@ void describe_balloon(OptionTable& table, Options& options) {
   table.add_objects("forces", options.forces, "forces on parts of a balloon");
 }
 
-}  // namespace
-
-namespace {
-
 /// A deck that describes a wall, without naming a chain, means a balloon.
 void choose_chain(OptionTable& table, Options& options) {
   const auto is_of_wall = [](const Option& option) {
@@ -229,11 +222,14 @@ void choose_chain(OptionTable& table, Options& options) {
 
 void describe(OptionTable& table, Options& options) {
   const Condition burns = one_of("chain", options.chain, {ChainKind::burn});
-  const Condition inflates = one_of("chain", options.chain, {ChainKind::inflate});
-  const Condition heats{
+  const Condition balloons = one_of("chain", options.chain, {ChainKind::inflate});
+  const auto when = [&options](const char* words, Predicate holds) {
+    return Condition{words, [&options, holds] { return holds(options); }};
+  };
+  const Condition heats = when(
       "chain: burn, or for a balloon heat.sources, heat.convection, heat.emissivity, ablation.strength, wall.strength, "
       "bodies.NAME.temperature, or heat.initial_temperature above combustion.ignition_temperature",
-      [&options] { return options.chain == ChainKind::burn || balloon_burns(options); }};
+      [](const Options& of) { return !inflates(of) || balloon_burns(of); });
   table.add("chain", options.chain,
             "burn: a sheet of quads that heats, burns and shrinks; inflate: a balloon of triangles, also unless given "
             "where the first deck has a wall");
@@ -249,10 +245,9 @@ void describe(OptionTable& table, Options& options) {
   table.add_under(heats, [&] { describe_burning(table, options); });
   table.add_of_run([&] { describe(table, options.force); });
   describe_gas(table, options);
-  table.add_under(inflates, [&] { describe_balloon(table, options); });
-  table.find_key("wall.reference_temperature")->acts_with(heats);
+  table.add_under(balloons, [&] { describe_balloon(table, options); });
   const auto has_bodies = [&options](bool rub) {
-    return (options.chain == ChainKind::inflate || options.dynamics == Dynamics::elastic) &&
+    return (inflates(options) || options.dynamics == Dynamics::elastic) &&
            std::any_of(options.bodies.begin(), options.bodies.end(),
                        [rub](const auto& body) { return !rub || body.second.friction > 0; });
   };
@@ -274,47 +269,50 @@ void describe(OptionTable& table, Options& options) {
               Rules().file().not_read_again().needs_value("the folder of a run, or a checkpoint of it"),
               "goes on from the newest sound checkpoint of this folder of a run, or from this file");
     table.add("verify_restart", options.verify_restart,
-              Rules().at_least(0).acts_with(
-                  {"checkpoint.keep: more than 0", [&options] { return options.checkpoint.keep > 0; }}),
+              Rules().at_least(0).acts_with(is_positive("checkpoint.keep", options.checkpoint.keep)),
               "runs so many steps, writes a checkpoint, runs as many more both straight and from the checkpoint, and "
               "compares the fields; 0: an ordinary run");
   });
+  const auto a_chamber_of = [&options](const std::string& words, const std::vector<GasLaw>& laws) {
+    return Condition{"a chamber of the law " + words, [&options, laws] { return has_law(options, laws); }};
+  };
   // A balloon has one layer of particles. An object with gas in it is not renumbered: what has died stays where it is.
-  table.find_key("sheet.layers")->acts_with(one_of("dynamics", options.dynamics, {Dynamics::projection}));
-  for (const char* key : {"sheet.layers", "sheet.thickness", "sheet.areal_density", "force.damping", "output.springs",
-                          "combustion.corner_factor", "combustion.lattice_factor", "ablation.compact_fraction"}) {
-    table.find_key(key)->acts_with(burns);
+  const std::pair<Condition, std::vector<const char*>> restrictions[]{
+      {heats, {"wall.reference_temperature"}},
+      {one_of("dynamics", options.dynamics, {Dynamics::projection, Dynamics::elastic}),
+       {"ablation.strength", "ablation.strength_texture", "ablation.strength_range", "ablation.char_strength",
+        "ablation.strength_length", "ablation.strength_scatter", "ablation.scatter_length"}},
+      {a_chamber_of("isothermal, adiabatic or pressure", {GasLaw::isothermal, GasLaw::adiabatic, GasLaw::pressure}),
+       {"gas.ambient_pressure"}},
+      {a_chamber_of("isothermal or adiabatic", {GasLaw::isothermal, GasLaw::adiabatic}),
+       {"gas.buoyancy", "gas.molar_mass", "gas.ambient_temperature"}},
+      {balloons, {"gas.tangent"}},
+      {is_given("chambers", options.chambers), {"gas.tangent"}},
+      {one_of("dynamics", options.dynamics, {Dynamics::projection}), {"sheet.layers"}},
+      {burns,
+       {"sheet.layers", "sheet.thickness", "sheet.areal_density", "force.damping", "output.springs",
+        "combustion.corner_factor", "combustion.lattice_factor", "ablation.compact_fraction", "sheet.imbalance_limit"}},
+      {when("chain: inflate or dynamics: elastic",
+            [](const Options& of) { return inflates(of) || of.dynamics == Dynamics::elastic; }),
+       {"combustion.char_stiffness", "time.tolerance"}},
+      {when("chain: inflate, or dynamics: elastic or spring",
+            [](const Options& of) { return inflates(of) || of.dynamics != Dynamics::projection; }),
+       {"time.scheme"}},
+      {one_of("prism.tangent", options.prism.tangent, {ElementTangent::exact}), {"wall.wrinkling"}},
+      {when("no time.arc_length", [](const Options& of) { return !of.time.arc_length.has_value(); }),
+       {"prism.positive_elements"}},
+      {one_of("time.scheme", options.time.scheme, {TimeScheme::implicit_euler, TimeScheme::generalized_alpha}),
+       {"prism.inertia", "prism.mass_damping", "prism.stiffness_damping"}},
+      {when("contact.self, ablation.loss_mass or ablation.strength",
+            [](const Options& of) { return of.contact.self || removes_elements(of); }),
+       {"sheet.imbalance_limit"}},
+      {when("no chambers", [](const Options& of) { return of.chambers.empty(); }), {"ablation.compact_fraction"}},
+      {when("ablation.loss_mass or ablation.strength", removes_elements), {"ablation.compact_fraction"}}};
+  for (const auto& [condition, keys] : restrictions) {
+    for (const char* key : keys) {
+      table.find_key(key)->acts_with(condition);
+    }
   }
-  for (const char* key : {"combustion.char_stiffness", "time.tolerance"}) {
-    table.find_key(key)->acts_with({"chain: inflate or dynamics: elastic", [&options] {
-                                      return options.chain == ChainKind::inflate ||
-                                             options.dynamics == Dynamics::elastic;
-                                    }});
-  }
-  table.find_key("time.scheme")->acts_with({"chain: inflate, or dynamics: elastic or spring", [&options] {
-                                              return options.chain == ChainKind::inflate ||
-                                                     options.dynamics != Dynamics::projection;
-                                            }});
-  table.find_key("wall.wrinkling")->acts_with(one_of("prism.tangent", options.prism.tangent, {ElementTangent::exact}));
-  table.find_key("prism.positive_elements")->acts_with({"no time.arc_length", [&options] {
-                                                          return !options.time.arc_length.has_value();
-                                                        }});
-  for (const char* key : {"prism.inertia", "prism.mass_damping", "prism.stiffness_damping"}) {
-    table.find_key(key)->acts_with(
-        one_of("time.scheme", options.time.scheme, {TimeScheme::implicit_euler, TimeScheme::generalized_alpha}));
-  }
-  table.find_key("sheet.imbalance_limit")->acts_with(burns);
-  table.find_key("sheet.imbalance_limit")
-      ->acts_with({"contact.self, ablation.loss_mass or ablation.strength", [&options] {
-                     return options.contact.self || options.ablation.loss_mass > 0 ||
-                            options.ablation.strength.has_value();
-                   }});
-  table.find_key("ablation.compact_fraction")->acts_with({"no chambers", [&chambers = options.chambers] {
-                                                            return chambers.empty();
-                                                          }});
-  table.find_key("ablation.compact_fraction")
-      ->acts_with({"ablation.loss_mass or ablation.strength",
-                   [&ablation = options.ablation] { return ablation.loss_mass > 0 || ablation.strength.has_value(); }});
 }
 
 namespace {
@@ -322,79 +320,69 @@ namespace {
 /// Describes the options that cannot be combined: a motion after the balance, or loads that may go back in time, would
 /// contradict another option.
 void describe_exclusions(OptionTable& table, const Options& options) {
-  const auto inflates = [&options] { return options.chain == ChainKind::inflate; };
-  const auto is_alpha = [&options, inflates] {
-    return options.time.scheme == TimeScheme::generalized_alpha &&
-           (inflates() || options.dynamics != Dynamics::projection);
+  const auto exclude = [&](const char* option, const char* other, const char* expected, Predicate first,
+                           Predicate second) {
+    table.exclude({option, other, expected, [&options, first, second] { return first(options) && second(options); }});
   };
-  const auto is_path = [&options] { return options.time.arc_length.has_value(); };
-  const auto burns = [&options] { return balloon_burns(options); };
-  const auto keeps_wall_volume = [&options, inflates] {
-    return inflates() && options.wall.thickness_rule == WallThickness::global_volume;
+  const Predicate is_alpha = [](const Options& of) {
+    return of.time.scheme == TimeScheme::generalized_alpha && (inflates(of) || of.dynamics != Dynamics::projection);
   };
-  const auto prescribes_volume = [&options] {
-    return std::any_of(options.chambers.begin(), options.chambers.end(),
-                       [](const auto& chamber) { return chamber.second.law == GasLaw::volume; });
+  const Predicate is_path = [](const Options& of) { return of.time.arc_length.has_value(); };
+  const Predicate is_static_sheet = [](const Options& of) {
+    return !inflates(of) && of.time.scheme == TimeScheme::statics;
   };
-  const auto exclude = [&table](const char* option, const char* other, const char* expected, const auto& first,
-                                const auto& second) {
-    table.exclude({option, other, expected, [first, second] { return first() && second(); }});
+  const Predicate is_projected = [](const Options& of) { return !inflates(of) && of.dynamics == Dynamics::projection; };
+  const Predicate touches = [](const Options& of) { return of.contact.self; };
+  const Predicate keeps_wall_volume = [](const Options& of) {
+    return inflates(of) && of.wall.thickness_rule == WallThickness::global_volume;
   };
+  const Predicate prescribes_volume = [](const Options& of) { return has_law(of, {GasLaw::volume}); };
   const char* const alpha = "time.scheme: generalized_alpha";
   const char* const path = "time.arc_length";
+  const char* const statics = "time.scheme: statics of a sheet";
   const char* const global = "prism.thickness: global, whose volume is preserved behind the step";
-  const char* const fire = "a balloon that heats, burns or tears";
+  const char* const projection = "dynamics: projection, whose springs have no forces";
   const char* const volume = "chambers.NAME.law: volume";
   exclude(alpha, "prism.inertia: false, without which there are no accelerations", "implicit_euler", is_alpha,
-          [&options, inflates] { return inflates() && !options.prism.inertia; });
-  exclude(alpha, fire, "implicit_euler", is_alpha, burns);
+          [](const Options& of) { return inflates(of) && !of.prism.inertia; });
+  exclude(alpha, "a balloon that heats, burns or tears", "implicit_euler", is_alpha, balloon_burns);
   exclude(alpha, global, "implicit_euler", is_alpha, keeps_wall_volume);
   exclude(alpha, volume, "implicit_euler", is_alpha, prescribes_volume);
-  exclude(path, "an object that heats, burns or tears", "none", is_path,
-          [&options] { return heats_or_tears(options); });
+  exclude(path, "an object that heats, burns or tears", "none", is_path, heats_or_tears);
   exclude(path, global, "none", is_path, keeps_wall_volume);
   exclude(path, volume, "none", is_path, prescribes_volume);
-  exclude(path, "force.air_density", "none", is_path, [&options] { return options.force.air.density > 0; });
+  exclude(path, "force.air_density", "none", is_path, [](const Options& of) { return of.force.air.density > 0; });
   exclude(path,
           "gas that flows (gas_network.links, and holes, permeability, heat_transfer and inside of chambers): the "
           "loads' time may go back",
-          "none", is_path, [&options] { return gas_is_joined(options); });
-  const auto is_sheet = [&options] { return options.chain == ChainKind::burn; };
+          "none", is_path, gas_is_joined);
   exclude(
-      alpha, "dynamics: projection, whose springs have no forces", "implicit_euler",
-      [&options] { return options.time.scheme == TimeScheme::generalized_alpha; },
-      [&options, is_sheet] { return is_sheet() && options.dynamics == Dynamics::projection; });
-  exclude(path, "dynamics: projection, whose springs have no forces", "none", is_path,
-          [&options, is_sheet] { return is_sheet() && options.dynamics == Dynamics::projection; });
-  exclude(
-      "time.scheme: statics of a sheet", "gas that flows or has weight", "implicit_euler",
-      [&options, is_sheet] { return is_sheet() && options.time.scheme == TimeScheme::statics; },
-      [&options] { return gas_is_joined(options) || gas_pushes_unevenly(options); });
-  exclude(
-      "time.scheme: statics of a sheet", "time.tolerance, which is an error of velocities", "implicit_euler",
-      [&options, is_sheet] { return is_sheet() && options.time.scheme == TimeScheme::statics; },
-      [&options] { return options.time.tolerance > 0; });
-  const auto touches = [&options] { return options.contact.self; };
+      alpha, projection, "implicit_euler",
+      [](const Options& of) { return of.time.scheme == TimeScheme::generalized_alpha; }, is_projected);
+  exclude(path, projection, "none", is_path, is_projected);
+  exclude(statics, "gas that flows or has weight", "implicit_euler", is_static_sheet,
+          [](const Options& of) { return gas_is_joined(of) || gas_pushes_unevenly(of); });
+  exclude(statics, "time.tolerance, which is an error of velocities", "implicit_euler", is_static_sheet,
+          [](const Options& of) { return of.time.tolerance > 0; });
   exclude("contact.self", alpha, "implicit_euler or statics", touches, is_alpha);
   exclude("contact.self", global, "another thickness", touches, keeps_wall_volume);
-  exclude(
-      "gas_network.links to chambers of other objects", global, "another thickness",
-      [&options] { return has_links_elsewhere(options); }, keeps_wall_volume);
+  exclude("gas_network.links to chambers of other objects", global, "another thickness", has_links_elsewhere,
+          keeps_wall_volume);
   exclude("prism.thickness: global, the volume of the whole wall",
           "a balloon that heats, burns or tears, of which fire takes away", "incompressible, plane_stress or fixed",
-          keeps_wall_volume, burns);
+          keeps_wall_volume, balloon_burns);
   exclude(
       "sheet.layers: 1", "dynamics: elastic or spring", "dynamics: projection",
-      [&options, is_sheet] { return is_sheet() && options.sheet.layers == 1; },
-      [&options] { return options.dynamics != Dynamics::projection; });
+      [](const Options& of) { return !inflates(of) && of.sheet.layers == 1; },
+      [](const Options& of) { return of.dynamics != Dynamics::projection; });
   exclude(
       "time.tolerance", "dynamics: projection or spring, the error of whose steps is not known", "0",
-      [&options, is_sheet] { return is_sheet() && options.time.tolerance > 0; },
-      [&options] { return options.dynamics != Dynamics::elastic; });
+      [](const Options& of) { return !inflates(of) && of.time.tolerance > 0; },
+      [](const Options& of) { return of.dynamics != Dynamics::elastic; });
   exclude(
       "ablation.strength", "dynamics: spring, whose springs all pull alike", "elastic or projection",
-      [&options] { return options.ablation.strength.has_value(); },
-      [&options] { return options.chain == ChainKind::burn && options.dynamics == Dynamics::spring; });
+      [](const Options& of) { return of.ablation.strength.has_value(); },
+      [](const Options& of) { return !inflates(of) && of.dynamics == Dynamics::spring; });
 }
 
 void name_solvers(Options& options, const std::string& prefix) {
@@ -413,7 +401,7 @@ void require_possible(const Options& options) {
   table.check_exclusions();
 }
 
-ObjectOptions::ObjectOptions(std::string object) : name(std::move(object)) {
+ObjectOptions::ObjectOptions(std::string object) : NamedOptions(std::move(object)) {
   describe(table, options);
   describe_exclusions(table, options);
   name_solvers(options, object_prefix(name));

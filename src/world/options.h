@@ -124,12 +124,10 @@ struct NamedOptions {
 };
 
 /// The options of an object of a run, and the table that declares them.
-struct ObjectOptions {
+struct ObjectOptions : NamedOptions {
   /// @param name of the object; empty: it is the run's one object, which no deck names
   explicit ObjectOptions(std::string name);
 
-  std::string name;
-  Options options;
   OptionTable table;
 };
 /// The time integrator of walls, and of sheets that are brought into balance.

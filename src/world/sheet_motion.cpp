@@ -13,7 +13,6 @@
 #include "io/console.h"
 #include "parallel/collective.h"
 #include "surface/one_layer.h"
-#include "world/records.h"
 
 namespace pellicle {
 inline namespace world {
@@ -439,12 +438,8 @@ void SheetMotion::draw(Picture& picture) const {
 
 StageResult StrainStage::end(Step& step) {
   step.strain = motion_.weave_strain();
-  if (step.strain->largest > StrainRecord(state_.record).strain) {
-    StrainRecord record;
-    record.strain = step.strain->largest;
-    record.place = step.strain->place;
-    record.time = state_.time + step.h;
-    state_.record = record.numbers();
+  if (step.strain->largest > state_.record[0]) {
+    state_.record << step.strain->largest, step.strain->place, state_.time + step.h;
   }
   return {};
 }
@@ -465,11 +460,11 @@ void StrainStage::report(Report& report, const Step& step) const {
 }
 
 std::vector<std::string> StrainStage::remarks() const {
-  const StrainRecord record(state_.record);
-  return record.strain >= 0
-             ? std::vector<std::string>{"largest strain of the net: " + words_of(record.strain, record.place) + ", " +
-                                        time_text(record.time)}
-             : std::vector<std::string>();
+  const Eigen::VectorXd& record = state_.record;
+  if (record[0] < 0) {  // There has been no step.
+    return {};
+  }
+  return {"largest strain of the net: " + words_of(record[0], record.segment<3>(1)) + ", " + time_text(record[4])};
 }
 
 std::unique_ptr<SheetMotion> make_sheet_motion(const Sheet& sheet, const Options& options, State& state,

@@ -4,7 +4,6 @@
 #include <string>
 
 #include "parallel/collective.h"
-#include "world/records.h"
 
 namespace pellicle {
 inline namespace world {
@@ -46,8 +45,8 @@ State::State(const Surface& surface, const Options& options, int chambers)
   if (is_wall) {
     thickness_ratio.assign(chamber.size(), 1.0);
     declare({"thickness_ratio", "", Item::cell, Drawn::yes}, thickness_ratio);
-    record = StepRecord().numbers();
-    declare({"step_record", "", Item::object}, record, static_cast<int>(record.size()));
+    record.setZero(kinds_of_step_record);
+    declare({"step_record", "", Item::object}, record, kinds_of_step_record);
   } else {
     burning.emplace(*this, surface);
     for (const Colour colour : all_colours) {
@@ -56,7 +55,8 @@ State::State(const Surface& surface, const Options& options, int chambers)
       declare({std::string("target_length_") + colour_names[index], "m", Item::spring, Drawn::no, true},
               target_length[index]);
     }
-    record = StrainRecord().numbers();
+    record.setZero(5);
+    record[0] = -1;
     declare({"strain_record", "", Item::object}, record, static_cast<int>(record.size()));
   }
   pressure.setZero(chambers);

@@ -29,8 +29,23 @@ enum class Work {
 };
 constexpr int kinds_of_work = 7;
 
-/// An entry of a vector of works [J].
-inline double& of(Eigen::VectorXd& works, Work kind) { return works[static_cast<Eigen::Index>(kind)]; }
+/// How the steps of a wall have ended so far: entries of State::record.
+enum class StepRecord {
+  above_tolerance,     ///< steps that ended out of balance
+  worst_step,          ///< number of the worst of these
+  worst_residual,      ///< its relative residual
+  last_residual,       ///< relative residual of the last step
+  concave_steps,       ///< steps in which a tangent was not positive definite
+  first_concave_step,  ///< number of the first of these
+  factorised_steps,    ///< steps in which the tangent was factorised
+};
+constexpr int kinds_of_step_record = 7;
+
+/// An entry of a vector of works [J] or of a record.
+template <class Kind>
+double& of(Eigen::VectorXd& numbers, Kind kind) {
+  return numbers[static_cast<Eigen::Index>(kind)];
+}
 
 /// The state of an object: the fields of its stages, in one registry. Ghosts are up to date
 /// between steps. After a failed step the state is restored by assigning a copy of the registry.
@@ -66,12 +81,14 @@ struct State : FieldRegistry {
   std::optional<BurningFields> burning;  ///< none: nothing heats, burns or cracks
   TargetLengths& target_length;          ///< of the local springs of a sheet by colour [m]; empty: a wall
   std::vector<double>& thickness_ratio;  ///< h/h0 of the local elements of a wall; empty: a sheet
-  Eigen::VectorXd& record;               ///< numbers for remarks: StrainRecord of a sheet, StepRecord of a wall
-  GasExchange* gas = nullptr;            ///< null: no links, holes or heat change the gas in chambers
-  std::vector<bool>* loads = nullptr;    ///< whether each load acts on each local vertex (PointLoads::chosen)
-  Field* acceleration = nullptr;         ///< of generalized alpha, which is not exactly that of this moment [m/s^2]
-  double* load_time = nullptr;           ///< by arc length: time of the loads [s]
-  Field* direction = nullptr;            ///< by arc length: of the last step, see PathPart::write_direction
+  /// Numbers for remarks at the end of a run: of a wall by StepRecord; of a sheet the largest strain of its weave in
+  /// any step so far, -1 before the first, its place [m] and its time [s].
+  Eigen::VectorXd& record;
+  GasExchange* gas = nullptr;          ///< null: no links, holes or heat change the gas in chambers
+  std::vector<bool>* loads = nullptr;  ///< whether each load acts on each local vertex (PointLoads::chosen)
+  Field* acceleration = nullptr;       ///< of generalized alpha, which is not exactly that of this moment [m/s^2]
+  double* load_time = nullptr;         ///< by arc length: time of the loads [s]
+  Field* direction = nullptr;          ///< by arc length: of the last step, see PathPart::write_direction
 
   /// Time at which pressures, places of pins and other loads are taken [s].
   double time_of_loads() const { return load_time != nullptr ? *load_time : time; }

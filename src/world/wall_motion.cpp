@@ -12,7 +12,6 @@
 #include "energies/vertex_potential.h"
 #include "parallel/collective.h"
 #include "surface/membrane_geometry.h"
-#include "world/records.h"
 
 namespace pellicle {
 inline namespace world {
@@ -303,23 +302,22 @@ StageResult WallMotion::end(Step& step) {
     bodies_.rebound(state_.position, start_velocity_, mass_, state_.velocity, step.loads);
     of(state_.work, Work::bodies) += kinetic_energy(membrane_, mass(), state_.velocity) - before;
   }
-  StepRecord record(state_.record);
+  const auto record = [this](StepRecord kind) -> double& { return of(state_.record, kind); };
   const double number = static_cast<double>(state_.step + 1);
-  record.last_residual = step.balance.relative_residual;
+  record(StepRecord::last_residual) = step.balance.relative_residual;
   if (step.balance.is_above_tolerance) {
-    ++record.above_tolerance;
-    if (step.balance.relative_residual > record.worst_residual) {
-      record.worst_residual = step.balance.relative_residual;
-      record.worst_step = number;
+    ++record(StepRecord::above_tolerance);
+    if (step.balance.relative_residual > record(StepRecord::worst_residual)) {
+      record(StepRecord::worst_residual) = step.balance.relative_residual;
+      record(StepRecord::worst_step) = number;
     }
   }
-  if (step.balance.concave_iterations > 0 && ++record.concave_steps == 1) {
-    record.first_concave_step = number;
+  if (step.balance.concave_iterations > 0 && ++record(StepRecord::concave_steps) == 1) {
+    record(StepRecord::first_concave_step) = number;
   }
-  if (step.balance.is_factorised && ++record.factorised_steps == 1) {
+  if (step.balance.is_factorised && ++record(StepRecord::factorised_steps) == 1) {
     step.news.push_back(fmt::format("step {}: the tangent is factorised (prism.factor)", number));
   }
-  state_.record = record.numbers();
   return {};
 }
 
@@ -461,26 +459,27 @@ void WallMotion::draw(Picture& picture) const {
 }
 
 std::vector<std::string> WallMotion::remarks() const {
-  const StepRecord record(state_.record);
+  const auto record = [this](StepRecord kind) { return of(state_.record, kind); };
   std::vector<std::string> lines;
-  if (record.above_tolerance > 0) {
+  if (record(StepRecord::above_tolerance) > 0) {
     lines.push_back(fmt::format(
         "residual: {} of {} steps ended above {}: out of balance by {:.2g} of their forces at worst, in step "
         "{}, and by {:.2g} in the last one",
-        record.above_tolerance, state_.step,
+        record(StepRecord::above_tolerance), state_.step,
         options_.prism.newton == NewtonEnd::converged
             ? "prism.snes_rtol, as far as the rounding of the places lets Newton's method go"
             : "prism.residual_tolerance",
-        record.worst_residual, record.worst_step, record.last_residual));
+        record(StepRecord::worst_residual), record(StepRecord::worst_step), record(StepRecord::last_residual)));
   }
-  if (record.concave_steps > 0) {
+  if (record(StepRecord::concave_steps) > 0) {
     lines.push_back(fmt::format(
         "equilibria: in {} of {} steps, first in step {}, the tangent was not positive definite (history.csv: "
         "concave_iterations): such a step may have several equilibria, and with another length find another",
-        record.concave_steps, state_.step, record.first_concave_step));
+        record(StepRecord::concave_steps), state_.step, record(StepRecord::first_concave_step)));
   }
-  if (record.factorised_steps > 0) {
-    lines.push_back(fmt::format("linear solver: the tangent was factorised in {} steps", record.factorised_steps));
+  if (record(StepRecord::factorised_steps) > 0) {
+    lines.push_back(
+        fmt::format("linear solver: the tangent was factorised in {} steps", record(StepRecord::factorised_steps)));
   }
   return lines;
 }
