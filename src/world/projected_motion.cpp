@@ -128,11 +128,8 @@ ProjectedMotion::ProjectedMotion(const Sheet& sheet, const Options& options, Sta
     require_threshold(sheet, options.project);
   }
   if (options.contact.self) {
-    std::vector<Potential*> pressing;
-    if (body_contact_ != nullptr) {
-      pressing.push_back(body_contact_.get());
-    }
-    masses_.emplace(sheet, pins_.pinned(), options.elastic.snes_rtol, options.time.step, pressing);
+    masses_.emplace(sheet, pins_.pinned(), options.elastic.snes_rtol, options.time.step,
+                    present({body_contact_.get()}));
   }
   if (gas != nullptr) {
     end_ = Field(sheet.particles, 3);

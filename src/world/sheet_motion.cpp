@@ -109,27 +109,17 @@ void draw_springs(Picture& picture, const Sheet& sheet, const State& state, doub
 
 SheetMotion::SheetMotion(const Sheet& sheet, const Options& options, State& state, StageClock& clock, GasStage* gas,
                          double contact_stiffness, const TimeIntegrator& integrator)
-    : sheet_(sheet),
-      options_(options),
-      state_(state),
-      clock_(clock),
-      gas_(gas),
-      integrator_(integrator),
-      pins_(sheet, options.pins, state.pin),
+    : SurfaceMotion(sheet, options, state, clock, gas, integrator),
+      sheet_(sheet),
       pins_move_(
           std::any_of(options.pins.begin(), options.pins.end(), [](const auto& pin) { return pin.second.moves(); })),
       usual_stiffness_(contact_stiffness),
       stiffness_(options.contact.stiffness.value_or(contact_stiffness)),
-      start_(sheet.particles, 3),
-      start_velocity_(sheet.particles, 3),
       constrained_(pins_.pinned()),
-      mass_(sheet.initial_mass),
       size_(options.time.tolerance > 0 ? size_of(sheet) : 0) {
+  mass_ = sheet.initial_mass;
   if (balances_bodies(options) && !options.bodies.empty()) {
     body_contact_ = std::make_unique<BodyContact>(sheet, options.bodies, options.contact, usual_stiffness_);
-  }
-  if (options.force.air.density > 0) {
-    air_.emplace(sheet, options.force.air);
   }
   if (cracks_of(options).strength) {
     spring_stress_.emplace(sheet);
@@ -165,9 +155,7 @@ void SheetMotion::move_freely() {
   Field::Values x = state_.position.values();
   Field::Values v = state_.velocity.values();
   const auto timer = clock_.time("external force");
-  if (air_) {
-    air_->begin_step({state_.position, state_.velocity, mass_, state_.active_triangles(), state_.time + h_});
-  }
+  set_drag(1);
   // The exact step of m dv/dt = F - c m v by a constant force F: v e^{-ch} + h F phi/m, phi = (1 - e^{-ch})/(c h).
   // With the mass m/phi in place of m every force of the step does so; a sheet at rest bears all of its weight.
   // A step of statics ends at rest, and its weight is in the balance.
@@ -244,11 +232,7 @@ StageResult SheetMotion::take_positions(const StepPart& part, Step& step) {
     step.contacts = body_contact_->contacts(state_.position);
     result.reason = body_contact_->fault(state_.position);
   }
-  for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
-    if (state_.burning->mass.data()[i] == 0) {  // What has left stays exactly where it was.
-      state_.position.vector(i) = start_.vector(i);
-    }
-  }
+  keep_what_has_left();
   if (const std::optional<double> limit = options_.project.strain_limit; limit && result.reason.empty()) {
     const WeaveStrain strain = weave_strain();
     result.reason = strain.largest <= *limit ? "" : beyond_limit(strain, *limit) + ": where all forces are in balance";
@@ -403,9 +387,7 @@ void SheetMotion::leave_bodies(Step& step) {
   }
   step.loads = body_contact_->loads(state_.position);
   if (!is_static()) {
-    const double before = kinetic_energy(sheet_, mass(), state_.velocity);
-    body_contact_->rebound(state_.position, start_velocity_, mass_, state_.velocity, step.loads);
-    of(state_.work, Work::bodies) += kinetic_energy(sheet_, mass(), state_.velocity) - before;
+    rebound(*body_contact_, step.loads);
   }
 }
 

@@ -7,17 +7,9 @@
 #include <vector>
 
 #include "ablation/spring_stress.h"
-#include "air/drag_potential.h"
-#include "base/stage_clock.h"
-#include "constraints/pins.h"
-#include "contact/body_contact.h"
-#include "equilibrium/time_scheme.h"
 #include "surface/sheet.h"
 #include "surface/weave_strain.h"
-#include "world/gas_stage.h"
-#include "world/options.h"
-#include "world/stage.h"
-#include "world/state.h"
+#include "world/surface_motion.h"
 #include "world/textures.h"
 
 namespace pellicle {
@@ -26,7 +18,7 @@ inline namespace world {
 /// The motion of a sheet in a step of implicit Euler: external force (burning paper, eq. 8 and 9), then springs, bodies
 /// and gas by a balance or a projection, then velocities (eq. 13 and 15). Masses and target lengths follow the
 /// burnt fraction.
-class SheetMotion : public MotionStage {
+class SheetMotion : public SurfaceMotion {
  public:
   void update_derived() override;
   StageResult begin(Step& step) override;
@@ -41,10 +33,8 @@ class SheetMotion : public MotionStage {
   virtual WeaveStrain weave_strain() const;
   std::string stage() const override { return "projection"; }
   const double* mass() const override { return state_.burning->mass.data(); }
-  const std::vector<bool>& pinned() const override { return pins_.pinned(); }
   std::string progress(const Step& step) const override;
   ContactSurface::Part contact_part() const override { return {&sheet_, options_.contact.thickness, stiffness_}; }
-  const std::vector<bool>* active() const override { return state_.active_triangles(); }
   std::vector<bool> constrained() const override { return constrained_; }
 
  protected:
@@ -69,8 +59,6 @@ class SheetMotion : public MotionStage {
   virtual std::string body_fault(const Step& step) const = 0;
   /// Whether each step ends at rest.
   bool is_static() const { return integrator_.is_static(); }
-  /// Time of the loads at the end of the step [s].
-  double end_of_loads() const { return state_.time_of_loads() + integrator_.load_step(h_); }
   /// Moves the particles by their velocities without springs, bodies and gas (burning paper, eq. 8 and 9).
   virtual void move_freely();
   /// Velocity of an owned particle where forces are in balance [m/s]. Not collective.
@@ -87,31 +75,20 @@ class SheetMotion : public MotionStage {
   const Eigen::Matrix3Xd& forces_of(const Potential& potential);
 
   const Sheet& sheet_;
-  const Options& options_;
-  State& state_;
-  StageClock& clock_;
-  GasStage* gas_;
-  TimeIntegrator integrator_;
-  Pins pins_;
   bool pins_move_;                             ///< some are led along paths
   std::unique_ptr<BodyContact> body_contact_;  ///< bodies whose pressing is brought into balance; null: there are none
-  std::optional<AirDrag> air_;                 ///< if there is air
   bool drag_is_balanced_ = false;              ///< whether the drag of the air is a part of the balance
   std::optional<SpringStress> spring_stress_;  ///< if the sheet can crack
   double usual_stiffness_;                     ///< of contact in steps of the deck's length [Pa/m]
   double stiffness_;                           ///< of contact in the present step [Pa/m]
   // Data of the present step, of the local particles unless stated otherwise.
-  Field start_;                       ///< positions at the beginning [m]
-  Field start_velocity_;              ///< [m/s]
   Eigen::Matrix3Xd unconstrained_;    ///< positions without springs and bodies [m]
   std::vector<bool> constrained_;     ///< those that are pinned or have left
-  std::vector<double> mass_;          ///< inertia, with damping: see move_freely [kg]
   std::vector<double> volume_ratio_;  ///< see set_volume_ratios
   double fading_ = 0;                 ///< c h of velocities, see move_freely
   double damping_ = 0;                ///< c of velocities, where damping is a force [1/s]
   Eigen::Matrix3Xd uneven_;           ///< forces of the weights of gas and air, and of jets, if there are any [N]
   double size_;                       ///< square root of the undeformed area, with time.tolerance [m]
-  double h_ = 0;                      ///< length of the step [s]
 
  private:
   void push_by_weights_of_gas();

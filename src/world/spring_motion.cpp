@@ -9,12 +9,11 @@
 #include <utility>
 #include <vector>
 
+#include "air/drag_potential.h"
 #include "combustion/combustion.h"
 #include "elastic/elastic_sheet.h"
 #include "elastic/spring_sheet.h"
 #include "energies/vertex_potential.h"
-#include "equilibrium/gas_filled_part.h"
-#include "equilibrium/path_part.h"
 #include "parallel/collective.h"
 #include "world/sheet_motion.h"
 #include "world/textures.h"
@@ -60,8 +59,6 @@ class SpringMotion : public SheetMotion {
   void update_derived() override;
   void report(Report& report, const Step& step) const override;
 
-  StepPart* part() override { return part_; }
-  GasFilled* gas() override { return filled_ ? &*filled_ : nullptr; }
   std::string start_fault() const override { return body_contact_ != nullptr ? body_contact_->start_fault() : ""; }
   std::string passed_limit() const override;
   const std::vector<Eigen::Matrix3d>& stress() override;
@@ -73,7 +70,7 @@ class SpringMotion : public SheetMotion {
                double contact_stiffness);
   void set_springs(std::unique_ptr<SpringSheet> springs);
   /// The potentials of the positions other than those of the springs: bodies, drag and weight, as far as there are any.
-  std::vector<Potential*> others() const;
+  std::vector<Potential*> others() const { return present({body_contact_.get(), drag_.get(), weight_.get()}); }
 
   StageResult begin_balance(Step& step) override;
   StageResult find_positions(Step& step) override;
@@ -92,20 +89,15 @@ class SpringMotion : public SheetMotion {
  private:
   SheetInput input(double h) const;
   void set_stiffness_factors();
-  Kinematics motion(PetscInt i) const { return {start_velocity_.vector(i), state_.acceleration->vector(i)}; }
   void begin_acceleration();
-  void set_drag(double fraction);
   void write_end(Field& position) const;
 
   Field y_v_;        ///< of generalized alpha (TimeIntegrator)
   double pull_ = 0;  ///< of generalized alpha: inertia and damping pull by mass times this [1/s^2]
 
-  std::unique_ptr<Potential> weight_;    ///< in a step of statics; else null
-  std::unique_ptr<Potential> drag_;      ///< null: there is no air
-  std::optional<GasFilledPart> filled_;  ///< if the sheet has chambers
-  std::optional<PathPart> path_;         ///< by arc length
-  StepPart* part_ = nullptr;             ///< the springs, with gas and along the path
-  std::vector<double> holding_;          ///< of statics, in place of masses [kg]
+  std::unique_ptr<Potential> weight_;  ///< in a step of statics; else null
+  std::unique_ptr<Potential> drag_;    ///< null: there is no air
+  std::vector<double> holding_;        ///< of statics, in place of masses [kg]
   std::vector<double> stiffness_factor_;
 };
 
@@ -159,41 +151,17 @@ SpringMotion::SpringMotion(const Sheet& sheet, const Options& options, State& st
 
 void SpringMotion::set_springs(std::unique_ptr<SpringSheet> springs) {
   springs_ = std::move(springs);
-  part_ = springs_.get();
-  if (gas_ != nullptr) {
-    StepGas::Part own{"", &gas_->chambers(), &gas_->step(), &start_, nullptr, options_.gas.tangent};
-    if (integrator_.is_second_order()) {
-      own.write_end = [this](Field& position) { write_end(position); };
+  const auto set_time = [this](double time) {
+    springs_->forget();
+    if (body_contact_ != nullptr) {
+      body_contact_->set_time(time, h_);
     }
-    filled_.emplace(*part_, own);
-    gas_->set_filled(*filled_);
-    part_ = &*filled_;
+  };
+  std::function<void(Field&)> write;
+  if (integrator_.is_second_order()) {
+    write = [this](Field& position) { write_end(position); };
   }
-  if (integrator_.arc_length()) {
-    PathPart::Loads loads;
-    loads.set_time = [this](double time) {
-      springs_->forget();
-      if (body_contact_ != nullptr) {
-        body_contact_->set_time(time, h_);
-      }
-      if (filled_) {
-        filled_->set_time(time);
-      }
-    };
-    loads.move_pinned = [this](Field& position, double time) { pins_.impose(position, time); };
-    path_.emplace(*part_, std::move(loads), sheet_.initial_mass, *integrator_.arc_length());
-    part_ = &*path_;
-  }
-}
-
-std::vector<Potential*> SpringMotion::others() const {
-  std::vector<Potential*> potentials;
-  for (Potential* potential : {static_cast<Potential*>(body_contact_.get()), drag_.get(), weight_.get()}) {
-    if (potential != nullptr) {
-      potentials.push_back(potential);
-    }
-  }
-  return potentials;
+  set_part(*springs_, sheet_.initial_mass, set_time, std::move(write));
 }
 
 void SpringMotion::update_derived() {
@@ -247,7 +215,7 @@ void SpringMotion::move_freely() {
   pins_.impose(state_.position, state_.time + h_);
   for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
     const Eigen::Vector3d start = start_.vector(i);
-    const Kinematics before = motion(i);
+    const Kinematics before = start_of(i);
     y_v_.vector(i) = start + integrator_.y_v(h_, before);
     if (constrained_[i]) {  // What is pinned moves evenly, whatever its velocity was; what has left stays.
       const Eigen::Vector3d end = state_.position.vector(i);
@@ -288,9 +256,7 @@ void SpringMotion::begin_acceleration() {
   springs_->move_to(start_, {});  // Contact may have moved it.
   Eigen::Matrix3Xd force = -springs_->gradient();
   if (filled_) {
-    const double of_step = std::exchange(gas_->step().h, 0);
-    force += filled_->forces_at(state_.time);
-    gas_->step().h = of_step;
+    force += gas_forces_at_start();
   }
   for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
     if (!constrained_[i]) {
@@ -302,15 +268,6 @@ void SpringMotion::begin_acceleration() {
     }
   }
   state_.acceleration->update_ghosts();
-}
-
-/// The drag of the air in the step to come. Collective. @param fraction of the step at which forces are in balance
-void SpringMotion::set_drag(double fraction) {
-  if (air_) {
-    const double reach = fraction * h_;
-    air_->begin_step_within({start_, start_velocity_, mass_, state_.active_triangles(), state_.time + reach},
-                            *state_.acceleration, reach);
-  }
 }
 
 void SpringMotion::write_end(Field& position) const {
@@ -327,13 +284,7 @@ StageResult SpringMotion::begin_balance(Step& step) {
   const auto timer = clock_.time("projection");
   begin_bodies();
   springs_->begin(state_.position, input(step.h));
-  if (filled_) {
-    filled_->begin_step(state_.pressure, end_of_loads() - (1 - integrator_.fraction()) * step.h, end_of_loads(),
-                        step.h);
-  }
-  if (path_) {
-    path_->begin_step(state_.time_of_loads(), step.h, *state_.direction);
-  }
+  begin_gas_and_path(end_of_loads() - (1 - integrator_.fraction()) * step.h);
   return {};
 }
 
@@ -353,14 +304,9 @@ StageResult SpringMotion::find_positions(Step& step) {
 }
 
 void SpringMotion::move_to_end() {
-  if (!integrator_.is_second_order()) {
-    return;
-  }
-  write_end(state_.position);
-  for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
-    if (mass_[i] == 0) {  // What has left stays exactly where it was.
-      state_.position.vector(i) = start_.vector(i);
-    }
+  if (integrator_.is_second_order()) {
+    write_end(state_.position);
+    keep_what_has_left();
   }
 }
 
@@ -382,18 +328,7 @@ void SpringMotion::find_velocities(Step& step) {
     return;
   }
   const auto timer = clock_.time("velocity");
-  double error = 0;
-  for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
-    const Eigen::Vector3d displacement = state_.position.vector(i) - start_.vector(i);
-    const Kinematics before = motion(i);
-    Kinematics after = integrator_.end(h_, displacement, before);
-    if (constrained_[i]) {
-      after = {displacement / h_, Eigen::Vector3d::Zero()};
-    }
-    error = std::max(error, constrained_[i] ? 0 : integrator_.error(h_, before, after));
-    state_.velocity.vector(i) = after.velocity;
-    state_.acceleration->vector(i) = after.acceleration;
-  }
+  const double error = find_end(constrained_);
   if (options_.time.tolerance > 0) {
     step.error = max_over_ranks(sheet_.comm(), error) / size_;
   }

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "air/drag_potential.h"
 #include "base/error.h"
 #include "combustion/combustion.h"
 #include "energies/vertex_potential.h"
@@ -50,21 +51,16 @@ Wall wall_of(const Membrane& membrane, const Options& options, Textures& texture
 
 WallMotion::WallMotion(const Membrane& membrane, const Options& options, State& state, StageClock& clock,
                        Textures& textures, WallSupports& supports, GasStage& gas)
-    : membrane_(membrane),
-      options_(options),
-      state_(state),
-      clock_(clock),
+    : SurfaceMotion(membrane, options, state, clock, gas.chambers().count() > 0 ? &gas : nullptr,
+                    integrator_of(options.time)),
+      membrane_(membrane),
       supports_(supports),
-      gas_(gas),
       wall_(wall_of(membrane, options, textures)),
-      mass_(vertex_masses(membrane, wall_)),
       elements_(membrane, wall_),
-      integrator_(integrator_of(options.time)),
       loads_(membrane, vertex_areas(membrane), options.attachments, options.forces, state.loads),
       usual_stiffness_(stiffness_of_contact(membrane, wall_, options)),
-      bodies_(membrane, options.bodies, options.contact, usual_stiffness_),
-      start_(membrane.particles, 3),
-      start_velocity_(membrane.particles, 3) {
+      bodies_(membrane, options.bodies, options.contact, usual_stiffness_) {
+  mass_ = vertex_masses(membrane, wall_);
   if (state.burning) {
     hold_ = make_vertex_potential(membrane.particles, [this](PetscInt i, const Eigen::Vector3d& x) {
       PointPotential hold;
@@ -77,15 +73,14 @@ WallMotion::WallMotion(const Membrane& membrane, const Options& options, State& 
       return hold;
     });
   }
-  if (options.force.air.density > 0) {
-    air_.emplace(membrane, options.force.air);
+  if (air_) {
     drag_ = make_drag_potential(
         membrane.particles, *air_, start_, [this] { return wall_part_->rate(); },
         [this](PetscInt i) { return wall_part_->y_v(i); });
   }
-  if (gas.uneven_forces() != nullptr) {
+  if (gas_ != nullptr && gas_->uneven_forces() != nullptr) {
     buoyancy_ = make_vertex_potential(membrane.particles, [this](PetscInt i, const Eigen::Vector3d& x) {
-      const Eigen::Vector3d force = gas_.uneven_forces()->vector(i);
+      const Eigen::Vector3d force = gas_->uneven_forces()->vector(i);
       return PointPotential{-force.dot(x - start_.vector(i)), -force};
     });
   }
@@ -95,41 +90,17 @@ WallMotion::WallMotion(const Membrane& membrane, const Options& options, State& 
   }
   // It is made for the wall as it was, whatever has happened to it.
   elements_.set_burnt({}, {});
-  WallModel model{elements_, supports.constraints, supports.pins, loads_, mass_, options.force.gravity};
-  if (bending_) {
-    model.others.push_back(&*bending_);
-  }
-  for (Potential* potential : {hold_.get(), drag_.get(), buoyancy_.get()}) {
-    if (potential != nullptr) {
-      model.others.push_back(potential);
-    }
-  }
-  if (!bodies_.empty()) {
-    model.bodies = &bodies_;
-  }
-  wall_part_.emplace(model, options.prism, integrator_);
-  part_ = &*wall_part_;
-  if (gas.chambers().count() > 0) {
-    StepGas::Part own{"", &gas.chambers(), &gas.step(), &wall_part_->start(), nullptr, options.gas.tangent};
-    own.write_end = [this](Field& position) { wall_part_->write_end(position); };
-    filled_.emplace(*part_, own, [this](std::vector<double> pressure) {
-      wall_part_->set_load(std::move(pressure), gas_.chambers().rims().sides());
-    });
-    gas.set_filled(*filled_);
-    part_ = &*filled_;
-  }
-  if (integrator_.arc_length()) {
-    PathPart::Loads loads;
-    loads.set_time = [this](double time) {
-      wall_part_->set_time(time);
-      if (filled_) {
-        filled_->set_time(time);
-      }
-    };
-    loads.move_pinned = [this](Field& position, double time) { supports_.pins.impose(position, time); };
-    path_.emplace(*part_, std::move(loads), mass_, *integrator_.arc_length());
-    part_ = &*path_;
-  }
+  const std::vector<Potential*> others =
+      present({bending_ ? &*bending_ : nullptr, hold_.get(), drag_.get(), buoyancy_.get()});
+  wall_part_.emplace(WallModel{elements_, supports.constraints, pins_, loads_, mass_, options.force.gravity, others,
+                               bodies_.empty() ? nullptr : &bodies_},
+                     options.prism, integrator_);
+  set_part(
+      *wall_part_, mass_, [this](double time) { wall_part_->set_time(time); },
+      [this](Field& position) { wall_part_->write_end(position); },
+      [this](std::vector<double> pressure) {
+        wall_part_->set_load(std::move(pressure), gas_->chambers().rims().sides());
+      });
   if (wall_.preserve_volume) {
     volume_preservation_ = std::make_unique<VolumePreservation>(membrane, wall_, projectors, options.volume);
   }
@@ -183,12 +154,7 @@ StageResult WallMotion::begin(Step& step) {
     start.velocity = nullptr;
   }
   wall_part_->begin_step(state_.position, start);
-  if (filled_) {
-    filled_->begin_step(state_.pressure, wall_part_->time(), start.time + integrator_.load_step(h_), h_);
-  }
-  if (path_) {
-    path_->begin_step(start.time, h_, *state_.direction);
-  }
+  begin_gas_and_path(wall_part_->time());
   return {};
 }
 
@@ -203,10 +169,9 @@ void WallMotion::begin_acceleration() {
   }
   state_.acceleration->values().setZero();
   set_drag(0);
-  const double share_of_step = std::exchange(gas_.step().h, 0);
   Eigen::Matrix3Xd force = wall_part_->forces_at(state_.position, start_of_step());
   if (filled_) {
-    Eigen::Matrix3Xd of_gas = filled_->forces_at(state_.time_of_loads());
+    Eigen::Matrix3Xd of_gas = gas_forces_at_start();
     supports_.constraints.projectors().apply(of_gas);
     force += of_gas;
   }
@@ -214,21 +179,6 @@ void WallMotion::begin_acceleration() {
     state_.acceleration->vector(i) = force.col(i) / mass_[i];
   }
   state_.acceleration->update_ghosts();
-  gas_.step().h = share_of_step;
-}
-
-/// The air's drag in the step to come. Collective. @param fraction of the step at which forces are in balance
-void WallMotion::set_drag(double fraction) {
-  if (!air_) {
-    return;
-  }
-  const double reach = fraction * h_;
-  const AirInput input{start_, start_velocity_, {}, state_.active_triangles(), state_.time + reach};
-  if (integrator_.is_second_order()) {
-    air_->begin_step_within(input, *state_.acceleration, reach);
-  } else {
-    air_->begin_step(input);
-  }
 }
 
 StageResult WallMotion::take_balance(Step& step) {
@@ -250,11 +200,7 @@ StageResult WallMotion::take_balance(Step& step) {
     result.reason = fault.empty() ? result.reason : fault;
     return result;
   }
-  for (PetscInt i = 0; i < membrane_.particles.local(); ++i) {
-    if (has_left(i)) {  // What has left stays exactly where it was, whatever pulls at it.
-      state_.position.vector(i) = start_.vector(i);
-    }
-  }
+  keep_what_has_left();
   elements_.update_thickness(state_.position, state_.thickness_ratio);
   add_work();
   return result;
@@ -294,13 +240,11 @@ StageResult WallMotion::end(Step& step) {
       path_->write_direction(state_.position, *state_.direction);
     }
     set_pressures(state_.load_time != nullptr ? *state_.load_time : state_.time + h_);
-    step.error = max_over_ranks(membrane_.comm(), find_velocities() / part_->length_scale());
+    step.error = max_over_ranks(membrane_.comm(), find_end(pinned()) / part_->length_scale());
     step.inverted = sum_over_ranks(membrane_.comm(), elements_.inverted(start_, state_.position));
   }
   if (bodies_.rebounds() && options_.time.scheme == TimeScheme::implicit_euler) {
-    const double before = kinetic_energy(membrane_, mass(), state_.velocity);
-    bodies_.rebound(state_.position, start_velocity_, mass_, state_.velocity, step.loads);
-    of(state_.work, Work::bodies) += kinetic_energy(membrane_, mass(), state_.velocity) - before;
+    rebound(bodies_, step.loads);
   }
   const auto record = [this](StepRecord kind) -> double& { return of(state_.record, kind); };
   const double number = static_cast<double>(state_.step + 1);
@@ -319,27 +263,6 @@ StageResult WallMotion::end(Step& step) {
     step.news.push_back(fmt::format("step {}: the tangent is factorised (prism.factor)", number));
   }
   return {};
-}
-
-/// Velocities, and accelerations if they count, from the positions before and after the step. @returns the largest
-/// error of this rank's vertices [m]
-double WallMotion::find_velocities() {
-  const StepStart start = start_of_step();
-  double error = 0;
-  for (PetscInt i = 0; i < membrane_.particles.local(); ++i) {
-    const Eigen::Vector3d displacement = state_.position.vector(i) - start_.vector(i);
-    const Kinematics before = start.motion(i);
-    Kinematics after = integrator_.end(h_, displacement, before);
-    if (integrator_.is_second_order() && pinned()[i]) {
-      after = {displacement / h_, Eigen::Vector3d::Zero()};  // They move evenly in each step.
-    }
-    error = std::max(error, integrator_.error(h_, before, after));
-    state_.velocity.vector(i) = after.velocity;
-    if (state_.acceleration != nullptr) {
-      state_.acceleration->vector(i) = after.acceleration;
-    }
-  }
-  return error;
 }
 
 /// Sets mass and stiffness of the wall from what has burnt.
@@ -372,8 +295,11 @@ void WallMotion::set_burnt() {
 /// Pressures of the gas where the wall is, at a time of the loads [s]; prescribed volumes keep their multipliers.
 /// Collective.
 void WallMotion::set_pressures(double time) {
-  const Chambers& chambers = gas_.chambers();
-  const std::vector<GasState> gas = chambers.states(gas_.exchange(), chambers.volumes(state_.position), time);
+  if (gas_ == nullptr) {
+    return;
+  }
+  const Chambers& chambers = gas_->chambers();
+  const std::vector<GasState> gas = chambers.states(gas_->exchange(), chambers.volumes(state_.position), time);
   for (int chamber = 0; chamber < chambers.count(); ++chamber) {
     if (!chambers.prescribes_volume(chamber)) {
       state_.pressure[chamber] = gas[chamber].pressure;

@@ -1,0 +1,128 @@
+#include "world/surface_motion.h"
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+namespace pellicle {
+inline namespace world {
+
+SurfaceMotion::SurfaceMotion(const Surface& surface, const Options& options, State& state, StageClock& clock,
+                             GasStage* gas, const TimeIntegrator& integrator)
+    : options_(options),
+      state_(state),
+      clock_(clock),
+      gas_(gas),
+      integrator_(integrator),
+      pins_(surface, options.pins, state.pin),
+      start_(surface.particles, 3),
+      start_velocity_(surface.particles, 3),
+      surface_(surface) {
+  if (options.force.air.density > 0) {
+    air_.emplace(surface, options.force.air);
+  }
+}
+
+void SurfaceMotion::set_part(StepPart& part, const std::vector<double>& mass, std::function<void(double)> set_time,
+                             std::function<void(Field&)> write_end, GasFilledPart::SetLoad set_load) {
+  part_ = &part;
+  if (gas_ != nullptr) {
+    StepGas::Part own{"", &gas_->chambers(), &gas_->step(), &start_, nullptr, options_.gas.tangent};
+    own.write_end = std::move(write_end);
+    filled_.emplace(*part_, own, std::move(set_load));
+    gas_->set_filled(*filled_);
+    part_ = &*filled_;
+  }
+  if (integrator_.arc_length()) {
+    PathPart::Loads loads;
+    loads.set_time = [this, set_time = std::move(set_time)](double time) {
+      set_time(time);
+      if (filled_) {
+        filled_->set_time(time);
+      }
+    };
+    loads.move_pinned = [this](Field& position, double time) { pins_.impose(position, time); };
+    path_.emplace(*part_, std::move(loads), mass, *integrator_.arc_length());
+    part_ = &*path_;
+  }
+}
+
+void SurfaceMotion::begin_gas_and_path(double time_of_balance) {
+  if (filled_) {
+    filled_->begin_step(state_.pressure, time_of_balance, end_of_loads(), h_);
+  }
+  if (path_) {
+    path_->begin_step(state_.time_of_loads(), h_, *state_.direction);
+  }
+}
+
+void SurfaceMotion::set_drag(double fraction) {
+  if (!air_) {
+    return;
+  }
+  const double reach = fraction * h_;
+  const AirInput input{start_, start_velocity_, mass_, state_.active_triangles(), state_.time + reach};
+  if (integrator_.is_second_order()) {
+    air_->begin_step_within(input, *state_.acceleration, reach);
+  } else {
+    air_->begin_step(input);
+  }
+}
+
+Eigen::Matrix3Xd SurfaceMotion::gas_forces_at_start() {
+  const double of_step = std::exchange(gas_->step().h, 0);
+  Eigen::Matrix3Xd forces = filled_->forces_at(state_.time_of_loads());
+  gas_->step().h = of_step;
+  return forces;
+}
+
+Kinematics SurfaceMotion::start_of(PetscInt i) const {
+  Kinematics start{start_velocity_.vector(i), Eigen::Vector3d::Zero()};
+  if (state_.acceleration != nullptr) {
+    start.acceleration = state_.acceleration->vector(i);
+  }
+  return start;
+}
+
+double SurfaceMotion::find_end(const std::vector<bool>& held) {
+  double error = 0;
+  for (PetscInt i = 0; i < surface_.particles.local(); ++i) {
+    const Eigen::Vector3d displacement = state_.position.vector(i) - start_.vector(i);
+    const Kinematics before = start_of(i);
+    Kinematics after = integrator_.end(h_, displacement, before);
+    if (integrator_.is_second_order() && held[i]) {
+      after = {displacement / h_, Eigen::Vector3d::Zero()};
+    } else {
+      error = std::max(error, integrator_.error(h_, before, after));
+    }
+    state_.velocity.vector(i) = after.velocity;
+    if (state_.acceleration != nullptr) {
+      state_.acceleration->vector(i) = after.acceleration;
+    }
+  }
+  return error;
+}
+
+void SurfaceMotion::keep_what_has_left() {
+  for (PetscInt i = 0; i < surface_.particles.local(); ++i) {
+    if (has_left(i)) {
+      state_.position.vector(i) = start_.vector(i);
+    }
+  }
+}
+
+void SurfaceMotion::rebound(const BodyContact& bodies, std::vector<BodyLoad>& loads) {
+  const double before = kinetic_energy(surface_, mass(), state_.velocity);
+  bodies.rebound(state_.position, start_velocity_, mass_, state_.velocity, loads);
+  of(state_.work, Work::bodies) += kinetic_energy(surface_, mass(), state_.velocity) - before;
+}
+
+std::vector<Potential*> SurfaceMotion::present(const std::vector<Potential*>& potentials) {
+  std::vector<Potential*> present;
+  std::copy_if(potentials.begin(), potentials.end(), std::back_inserter(present),
+               [](const Potential* potential) { return potential != nullptr; });
+  return present;
+}
+
+}  // namespace world
+}  // namespace pellicle

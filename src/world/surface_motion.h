@@ -1,0 +1,84 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "air/air_drag.h"
+#include "base/stage_clock.h"
+#include "constraints/pins.h"
+#include "contact/body_contact.h"
+#include "equilibrium/gas_filled_part.h"
+#include "equilibrium/path_part.h"
+#include "equilibrium/time_scheme.h"
+#include "world/gas_stage.h"
+#include "world/options.h"
+#include "world/stage.h"
+#include "world/state.h"
+
+namespace pellicle {
+inline namespace world {
+
+/// What the motions of sheets and of walls have in common: the step in progress, the drag of the air, and what the
+/// balance consists of.
+class SurfaceMotion : public MotionStage {
+ public:
+  StepPart* part() override { return part_; }
+  GasFilled* gas() override { return filled_ ? &*filled_ : nullptr; }
+  const std::vector<bool>* active() const override { return state_.active_triangles(); }
+  const std::vector<bool>& pinned() const override { return pins_.pinned(); }
+
+ protected:
+  /// All must outlive it. Collective. @param gas of its chambers; null: it has none
+  SurfaceMotion(const Surface& surface, const Options& options, State& state, StageClock& clock, GasStage* gas,
+                const TimeIntegrator& integrator);
+
+  /// Balances a part, with the gas if there is any, and by arc length along the path. Collective.
+  /// @param mass of the owned particles, at least @param set_time changes the time of the loads on the part [s]
+  /// @param write_end see StepGas::Part @param set_load see GasFilledPart
+  void set_part(StepPart& part, const std::vector<double>& mass, std::function<void(double)> set_time,
+                std::function<void(Field&)> write_end, GasFilledPart::SetLoad set_load = {});
+  /// Begins the step of gas and path, after that of the part. Collective. @param time_of_balance [s]
+  void begin_gas_and_path(double time_of_balance);
+  /// Sets the drag of the air, if there is any, in the step. Collective.
+  /// @param fraction of the step at which forces are in balance
+  void set_drag(double fraction);
+  /// Forces of the gas on the owned particles at the beginning of the step, while none flows [N]. Collective.
+  Eigen::Matrix3Xd gas_forces_at_start();
+  /// Time of the loads at the end of the step [s].
+  double end_of_loads() const { return state_.time_of_loads() + integrator_.load_step(h_); }
+  /// Velocity and acceleration of a local particle at the beginning of the step.
+  Kinematics start_of(PetscInt i) const;
+  /// Finds velocities, and accelerations if they count, from the positions before and after the step, in which by an
+  /// integrator of second order what is held moves evenly. @returns the largest error of this rank's particles [m]
+  double find_end(const std::vector<bool>& held);
+  /// Moves what has left back to exactly where it was, whatever pulls at it.
+  void keep_what_has_left();
+  bool has_left(PetscInt i) const { return state_.burning && state_.burning->mass.data()[i] == 0; }
+  /// Lets the surface rebound from bodies, with its work. Collective. @param loads see BodyContact::rebound
+  void rebound(const BodyContact& bodies, std::vector<BodyLoad>& loads);
+  /// Those of some potentials that there are.
+  static std::vector<Potential*> present(const std::vector<Potential*>& potentials);
+
+  const Options& options_;
+  State& state_;
+  StageClock& clock_;
+  GasStage* gas_;
+  TimeIntegrator integrator_;
+  Pins pins_;
+  std::optional<AirDrag> air_;           ///< if there is air
+  std::optional<GasFilledPart> filled_;  ///< if there are chambers
+  std::optional<PathPart> path_;         ///< by arc length
+  StepPart* part_ = nullptr;             ///< with gas and along the path
+  // The present step.
+  double h_ = 0;              ///< its length [s]
+  Field start_;               ///< positions at the beginning [m]
+  Field start_velocity_;      ///< [m/s]
+  std::vector<double> mass_;  ///< inertia of the owned particles; of a sheet of the local ones [kg]
+
+ private:
+  const Surface& surface_;
+};
+
+}  // namespace world
+}  // namespace pellicle
