@@ -32,8 +32,7 @@ struct MovedSurface {
 struct Stages {
   std::vector<std::unique_ptr<Stage>> all;
   MotionStage* motion = nullptr;
-  GasStage* gas = nullptr;         ///< null: the object has no chambers
-  std::shared_ptr<void> shared{};  ///< what several stages refer to
+  GasStage* gas = nullptr;  ///< null: the object has no chambers
 
   template <class Kind, class... Arguments>
   Kind& add(Arguments&&... arguments) {

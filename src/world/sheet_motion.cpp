@@ -330,15 +330,8 @@ void SheetMotion::add_work() {
 }
 
 StageResult SheetMotion::end(Step& step) {
-  StageResult result;
   find_velocities(step);
-  if (const std::string fault = body_fault(step); !fault.empty()) {
-    const std::string of_start = start_fault();
-    result.reason = of_start.empty() ? fault : of_start;
-    result.converged = false;
-    return result;
-  }
-  return result;
+  return result_of(body_fault(step));
 }
 
 Eigen::Vector3d SheetMotion::velocity_of_balance(PetscInt i) const {
@@ -367,9 +360,7 @@ void SheetMotion::find_velocities(Step& step) {
     double error = 0;
     for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
       if (!constrained_[i]) {
-        const Kinematics before{start_velocity_.vector(i), Eigen::Vector3d::Zero()};
-        const Kinematics after{state_.velocity.vector(i), Eigen::Vector3d::Zero()};
-        error = std::max(error, TimeIntegrator().error(h_, before, after));
+        error = std::max(error, integrator_.error(h_, start_of(i), {state_.velocity.vector(i)}));
       }
     }
     step.error = max_over_ranks(sheet_.comm(), error) / size_;

@@ -56,7 +56,7 @@ class SheetMotion : public SurfaceMotion {
   /// Sets the velocities of particles that leave bodies, and the loads on the bodies.
   virtual void leave_bodies(Step& step);
   /// Names a body that the sheet is too deep in; empty: there is none.
-  virtual std::string body_fault(const Step& step) const = 0;
+  virtual std::string body_fault(const Step& /*step*/) const { return ""; }
   /// Whether each step ends at rest.
   bool is_static() const { return integrator_.is_static(); }
   /// Moves the particles by their velocities without springs, bodies and gas (burning paper, eq. 8 and 9).

@@ -77,8 +77,6 @@ class SpringMotion : public SheetMotion {
   Eigen::Matrix3Xd gas_forces() override { return filled_->pressure_forces(); }
   void add_spring_forces(Eigen::Matrix3Xd& sum) override;
   double viscous_work() const override;
-  void leave_bodies(Step& step) override;
-  std::string body_fault(const Step& /*step*/) const override { return ""; }
   void move_freely() override;
   Eigen::Vector3d velocity_of_balance(PetscInt i) const override;
   void move_to_end() override;
@@ -331,12 +329,6 @@ void SpringMotion::find_velocities(Step& step) {
   const double error = find_end(constrained_);
   if (options_.time.tolerance > 0) {
     step.error = max_over_ranks(sheet_.comm(), error) / size_;
-  }
-}
-
-void SpringMotion::leave_bodies(Step& step) {
-  if (!integrator_.is_second_order()) {
-    SheetMotion::leave_bodies(step);
   }
 }
 

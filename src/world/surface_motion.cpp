@@ -111,6 +111,16 @@ void SurfaceMotion::keep_what_has_left() {
   }
 }
 
+StageResult SurfaceMotion::result_of(std::string fault) const {
+  StageResult result;
+  result.converged = fault.empty();
+  if (!result.converged) {
+    const std::string of_start = start_fault();
+    result.reason = of_start.empty() ? std::move(fault) : of_start;
+  }
+  return result;
+}
+
 void SurfaceMotion::rebound(const BodyContact& bodies, std::vector<BodyLoad>& loads) {
   const double before = kinetic_energy(surface_, mass(), state_.velocity);
   bodies.rebound(state_.position, start_velocity_, mass_, state_.velocity, loads);

@@ -55,6 +55,8 @@ class SurfaceMotion : public MotionStage {
   /// Moves what has left back to exactly where it was, whatever pulls at it.
   void keep_what_has_left();
   bool has_left(PetscInt i) const { return state_.burning && state_.burning->mass.data()[i] == 0; }
+  /// The result of a step with a fault at its end; a fault of its start explains it. Empty: there is none. Collective.
+  StageResult result_of(std::string fault) const;
   /// Lets the surface rebound from bodies, with its work. Collective. @param loads see BodyContact::rebound
   void rebound(const BodyContact& bodies, std::vector<BodyLoad>& loads);
   /// Those of some potentials that there are.

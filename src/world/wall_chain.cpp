@@ -74,17 +74,18 @@ class WallChain : public Chain {
 
   std::unique_ptr<State> initial_state(const Surface& surface) const override {
     const Membrane& membrane = membrane_of(surface);
-    const WallSupports supports(membrane, options_, nullptr);
-    const Projectors& projectors = supports.constraints.projectors();
-    const Chambers chambers(membrane, options_.gas, options_.chambers, supports.constraints.origin(),
-                            supports.constraints.planes(), projectors);
+    const Pins pins(membrane, options_.pins);
+    const Constraints constraints(membrane, options_.symmetry, pins);
+    const Projectors& projectors = constraints.projectors();
+    const Chambers chambers(membrane, options_.gas, options_.chambers, constraints.origin(), constraints.planes(),
+                            projectors);
     auto state = std::make_unique<State>(surface, options_, chambers.count());
     const Eigen::Matrix3Xd noise = perturbed_positions(membrane, options_.sheet) - membrane.rest;
     for (Eigen::Index i = 0; i < noise.cols(); ++i) {
       state->position.vector(i) += projectors[i] * noise.col(i);
     }
-    supports.pins.impose(state->position, 0);
-    state->pin = supports.pins.numbers();
+    pins.impose(state->position, 0);
+    state->pin = pins.numbers();
     state->chamber = chambers.numbers();
     if (state->gas != nullptr) {
       *state->gas = chambers.first_exchange(chambers.volumes(state->position));
@@ -97,17 +98,17 @@ class WallChain : public Chain {
 
   Stages make_stages(const Surface& surface, State& state, StageClock& clock, Textures& textures) const override {
     const Membrane& membrane = membrane_of(surface);
-    const auto supports = std::make_shared<WallSupports>(membrane, options_, &state);
+    Constraints constraints(membrane, options_.symmetry, Pins(membrane, options_.pins, state.pin));
     Stages stages;
-    stages.shared = supports;
     if (state.burning) {
       stages.add<HeatStage>(surface, options_, state, clock, textures);
       stages.add<CombustionStage>(surface, options_, state, clock, textures);
       stages.add<AblationStage>(surface, options_, state, clock);
     }
-    stages.gas = &stages.add<GasStage>(surface, options_, state, integrator_of(options_.time),
-                                       supports->constraints.origin(), supports->constraints.planes());
-    stages.motion = &stages.add<WallMotion>(membrane, options_, state, clock, textures, *supports, *stages.gas);
+    stages.gas = &stages.add<GasStage>(surface, options_, state, integrator_of(options_.time), constraints.origin(),
+                                       constraints.planes());
+    stages.motion =
+        &stages.add<WallMotion>(membrane, options_, state, clock, textures, std::move(constraints), *stages.gas);
     if (state.burning) {
       if (cracks_of(options_).strength) {
         stages.add<CrackStage>(surface, options_, state, clock, textures, *stages.motion);

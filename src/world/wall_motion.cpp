@@ -33,16 +33,7 @@ double stiffness_of_contact(const Membrane& membrane, const Wall& wall, const Op
   return usual_contact_stiffness(membrane, sums[2] / sums[0], is_static ? 0 : sums[1] / sums[0], options.time.step);
 }
 
-double area_of(const double* positions, const std::array<PetscInt, 3>& triangle) {
-  const auto [e12, e13] = edges_of(positions, triangle);
-  return e12.cross(e13).norm() / 2;
-}
-
 }  // namespace
-
-WallSupports::WallSupports(const Membrane& membrane, const Options& options, const State* state)
-    : pins(state == nullptr ? Pins(membrane, options.pins) : Pins(membrane, options.pins, state->pin)),
-      constraints(membrane, options.symmetry, pins) {}
 
 Wall wall_of(const Membrane& membrane, const Options& options, Textures& textures) {
   return make_wall(membrane, options.wall,
@@ -50,11 +41,11 @@ Wall wall_of(const Membrane& membrane, const Options& options, Textures& texture
 }
 
 WallMotion::WallMotion(const Membrane& membrane, const Options& options, State& state, StageClock& clock,
-                       Textures& textures, WallSupports& supports, GasStage& gas)
+                       Textures& textures, Constraints constraints, GasStage& gas)
     : SurfaceMotion(membrane, options, state, clock, gas.chambers().count() > 0 ? &gas : nullptr,
                     integrator_of(options.time)),
       membrane_(membrane),
-      supports_(supports),
+      constraints_(std::move(constraints)),
       wall_(wall_of(membrane, options, textures)),
       elements_(membrane, wall_),
       loads_(membrane, vertex_areas(membrane), options.attachments, options.forces, state.loads),
@@ -84,15 +75,15 @@ WallMotion::WallMotion(const Membrane& membrane, const Options& options, State& 
       return PointPotential{-force.dot(x - start_.vector(i)), -force};
     });
   }
-  const Projectors& projectors = supports.constraints.projectors();
+  const Projectors& projectors = constraints_.projectors();
   if (options.wall.bends()) {
-    bending_.emplace(elements_, projectors, supports.pins.clamped());
+    bending_.emplace(elements_, projectors, pins_.clamped());
   }
   // It is made for the wall as it was, whatever has happened to it.
   elements_.set_burnt({}, {});
   const std::vector<Potential*> others =
       present({bending_ ? &*bending_ : nullptr, hold_.get(), drag_.get(), buoyancy_.get()});
-  wall_part_.emplace(WallModel{elements_, supports.constraints, pins_, loads_, mass_, options.force.gravity, others,
+  wall_part_.emplace(WallModel{elements_, constraints_, pins_, loads_, mass_, options.force.gravity, others,
                                bodies_.empty() ? nullptr : &bodies_},
                      options.prism, integrator_);
   set_part(
@@ -111,7 +102,7 @@ WallMotion::WallMotion(const Membrane& membrane, const Options& options, State& 
 }
 
 std::vector<bool> WallMotion::constrained() const {
-  const Projectors& projectors = supports_.constraints.projectors();
+  const Projectors& projectors = constraints_.projectors();
   std::vector<bool> constrained(projectors.size(), false);
   for (const PetscInt i : projectors.bound()) {
     constrained[i] = true;
@@ -124,27 +115,21 @@ void WallMotion::start() {
   set_pressures(state_.time_of_loads());
 }
 
-void WallMotion::update_derived() { set_burnt(); }
-
 StageResult WallMotion::begin(Step& step) {
   h_ = step.h;
-  if (state_.burning) {
-    for (PetscInt i = 0; i < membrane_.particles.local(); ++i) {
-      if (has_left(i)) {
-        state_.velocity.vector(i).setZero();
-      }
+  std::vector<bool> still = pinned();
+  for (PetscInt i = 0; i < membrane_.particles.local(); ++i) {
+    if (has_left(i)) {
+      state_.velocity.vector(i).setZero();
+      still[i] = true;
     }
-    set_burnt();
   }
+  update_derived();
   start_.values() = state_.position.values();
   start_velocity_.values() = state_.velocity.values();
   const auto timer = clock_.time("implicit step");
   if (bending_) {
     bending_->begin_step(state_.position, state_.thickness_ratio);
-  }
-  std::vector<bool> still = pinned();
-  for (std::size_t i = 0; i < still.size(); ++i) {
-    still[i] = still[i] || has_left(static_cast<PetscInt>(i));
   }
   bodies_.set_surface(still, state_.active_triangles());
   begin_acceleration();
@@ -172,7 +157,7 @@ void WallMotion::begin_acceleration() {
   Eigen::Matrix3Xd force = wall_part_->forces_at(state_.position, start_of_step());
   if (filled_) {
     Eigen::Matrix3Xd of_gas = gas_forces_at_start();
-    supports_.constraints.projectors().apply(of_gas);
+    constraints_.projectors().apply(of_gas);
     force += of_gas;
   }
   for (PetscInt i = 0; i < membrane_.particles.owned; ++i) {
@@ -183,27 +168,23 @@ void WallMotion::begin_acceleration() {
 
 StageResult WallMotion::take_balance(Step& step) {
   const auto timer = clock_.time("implicit step");
-  StageResult result;
   step.newton_iterations = step.balance.newton_iterations;
   step.motion_iterations = step.balance.linear_iterations;
-  result.reason = wall_part_->end_step(state_.position);
+  std::string fault = wall_part_->end_step(state_.position);
   if (filled_) {
     state_.pressure(filled_->prescribed()) = filled_->multiplier();
   }
-  if (result.reason.empty()) {
-    result.reason = bodies_.fault(part_->position());
+  if (fault.empty()) {
+    fault = bodies_.fault(part_->position());
     step.loads = bodies_.loads(part_->position());
   }
-  result.converged = result.reason.empty();
-  if (!result.converged) {
-    const std::string fault = start_fault();
-    result.reason = fault.empty() ? result.reason : fault;
-    return result;
+  if (const StageResult failed = result_of(std::move(fault)); !failed.converged) {
+    return failed;
   }
   keep_what_has_left();
   elements_.update_thickness(state_.position, state_.thickness_ratio);
   add_work();
-  return result;
+  return {};
 }
 
 /// Adds the works of the step, by the forces with which it is in balance. Collective.
@@ -266,7 +247,7 @@ StageResult WallMotion::end(Step& step) {
 }
 
 /// Sets mass and stiffness of the wall from what has burnt.
-void WallMotion::set_burnt() {
+void WallMotion::update_derived() {
   if (!state_.burning) {
     return;
   }
@@ -320,32 +301,31 @@ std::string WallMotion::progress(const Step& /*step*/) const {
 }
 
 void WallMotion::report(Report& report, const Step& step) const {
-  enum Sum { rubber, elastic, count };
-  std::array<double, count> sums{};
+  const std::array<double, 2> sums{elements_.volume(state_.position, state_.thickness_ratio),
+                                   elements_.energy(state_.position, state_.thickness_ratio) +
+                                       (bending_ ? bending_->energy(state_.position, state_.thickness_ratio) : 0)};
   // The largest values, and the negatives of the least, of thickness, thickness ratio and an element's volume ratio.
   std::array<double, 6> maxima;
   maxima.fill(-HUGE_VAL);
-  sums[rubber] = elements_.volume(state_.position, state_.thickness_ratio);
-  sums[elastic] = elements_.energy(state_.position, state_.thickness_ratio) +
-                  (bending_ ? bending_->energy(state_.position, state_.thickness_ratio) : 0);
   for (PetscInt e = 0; e < membrane_.elements.owned; ++e) {
     if (elements_.stiffness(e) == 0) {
       continue;
     }
     const double ratio = state_.thickness_ratio[e];
-    const double area = area_of(state_.position.data(), membrane_.triangles[e]);
+    const auto [e12, e13] = edges_of(state_.position.data(), membrane_.triangles[e]);
+    const double area = e12.cross(e13).norm() / 2;
     const std::array<double, 3> values{wall_.thickness[e] * ratio, ratio, ratio * area / wall_.rest[e].area};
     for (std::size_t k = 0; k < values.size(); ++k) {
       maxima[2 * k] = std::max(maxima[2 * k], values[k]);
       maxima[2 * k + 1] = std::max(maxima[2 * k + 1], -values[k]);
     }
   }
-  sums = sum_over_ranks(membrane_.comm(), sums);
+  const auto [volume, energy] = sum_over_ranks(membrane_.comm(), sums);
   maxima = max_over_ranks(membrane_.comm(), maxima);
   if (maxima[0] < 0) {  // Nothing is left.
     maxima.fill(0);
   }
-  report.add("rubber_volume_ratio", "", sums[rubber] / rubber_volume_);
+  report.add("rubber_volume_ratio", "", volume / rubber_volume_);
   report.add("thickness_min", "m", -maxima[1]);
   report.add("thickness_max", "m", maxima[0]);
   report.add("thickness_ratio_min", "", -maxima[3]);
@@ -358,7 +338,7 @@ void WallMotion::report(Report& report, const Step& step) const {
   report.add("concave_iterations", "", step.balance.concave_iterations);
   report.add("residual", "N", step.balance.residual);
   report.add("relative_residual", "", step.balance.relative_residual);
-  report.add("elastic_energy", "J", sums[elastic]);
+  report.add("elastic_energy", "J", energy);
   if (state_.load_time != nullptr) {
     report.add("load_time", "s", *state_.load_time);
   }

@@ -17,14 +17,6 @@
 namespace pellicle {
 inline namespace world {
 
-/// The supports of a wall: pins and planes of symmetry.
-struct WallSupports {
-  /// @param state says what is pinned; null: the options do. Collective. @throws Error on bad pins and planes
-  WallSupports(const Membrane& membrane, const Options& options, const State* state);
-  Pins pins;
-  Constraints constraints;
-};
-
 /// The wall of a membrane. @throws Error on bad materials, textures and regions. Collective.
 Wall wall_of(const Membrane& membrane, const Options& options, Textures& textures);
 
@@ -34,9 +26,9 @@ Wall wall_of(const Membrane& membrane, const Options& options, Textures& texture
 class WallMotion : public SurfaceMotion {
  public:
   /// All must outlive it. Collective. @throws Error on bad materials, textures, regions and loads
-  /// @param supports of the wall @param gas of its chambers, if there are any
+  /// @param gas of its chambers, if there are any
   WallMotion(const Membrane& membrane, const Options& options, State& state, StageClock& clock, Textures& textures,
-             WallSupports& supports, GasStage& gas);
+             Constraints constraints, GasStage& gas);
 
   void start() override;
   void update_derived() override;
@@ -62,13 +54,12 @@ class WallMotion : public SurfaceMotion {
 
  private:
   StepStart start_of_step() const;
-  void set_burnt();
   void begin_acceleration();
   void add_work();
   void set_pressures(double time);
 
   const Membrane& membrane_;
-  WallSupports& supports_;
+  Constraints constraints_;
   Wall wall_;
   PrismElements elements_;
   PointLoads loads_;
