@@ -103,8 +103,7 @@ StageResult GasStage::end(Step& step) {
     result.reason = chambers_.imbalance(*state_.gas, chambers_.volumes(state_.position), state_.time + step.h);
   }
   result.converged = result.reason.empty();
-  const std::vector<std::string> lines = newly_open(opened_, state_.time + step.h);
-  step.news.insert(step.news.end(), lines.begin(), lines.end());
+  add_newly_open(opened_, state_.time + step.h, step.news);
   return result;
 }
 
@@ -243,9 +242,8 @@ std::vector<bool> GasStage::opened() const {
   return opened;
 }
 
-/// The lines that report chambers which have opened permanently or become parts of others since `before`.
-std::vector<std::string> GasStage::newly_open(const std::vector<bool>& before, double time) const {
-  std::vector<std::string> lines;
+/// Adds lines that report chambers which have opened permanently or become parts of others since `before`.
+void GasStage::add_newly_open(const std::vector<bool>& before, double time, std::vector<std::string>& lines) const {
   const std::vector<bool> now = opened();
   for (int chamber = 0; chamber < static_cast<int>(before.size()); ++chamber) {
     if (!now[chamber] || before[chamber]) {
@@ -259,7 +257,6 @@ std::vector<std::string> GasStage::newly_open(const std::vector<bool>& before, d
       lines.push_back("chamber " + chambers_.name(chamber) + " is open for good" + why + "outside");
     }
   }
-  return lines;
 }
 
 std::vector<std::string> GasStage::divide() {
@@ -278,8 +275,7 @@ std::vector<std::string> GasStage::divide() {
   for (std::string& line : division->lines) {
     line += " at " + time_text(state_.time);
   }
-  const std::vector<std::string> lines = newly_open(before, state_.time);
-  division->lines.insert(division->lines.end(), lines.begin(), lines.end());
+  add_newly_open(before, state_.time, division->lines);
   return division->lines;
 }
 

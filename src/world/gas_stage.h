@@ -59,7 +59,7 @@ class GasStage : public Stage {
   void begin_wall_heat(double h, ChamberWalls& walls);
   std::string end_wall_heat(double h, const Eigen::VectorXd& given);
   std::vector<bool> opened() const;
-  std::vector<std::string> newly_open(const std::vector<bool>& before, double time) const;
+  void add_newly_open(const std::vector<bool>& before, double time, std::vector<std::string>& lines) const;
   std::string burnt_hole() const;
   std::string torn_wall() const;
 

@@ -103,8 +103,7 @@ void report_contact(Report& report, const ContactOptions& options, bool apart,
 std::vector<std::string> lines_of(const Stages& stages, std::vector<std::string> (Stage::*of_stage)() const) {
   std::vector<std::string> lines;
   for (const std::unique_ptr<Stage>& stage : stages.all) {
-    const std::vector<std::string> more = (*stage.*of_stage)();
-    lines.insert(lines.end(), more.begin(), more.end());
+    add_lines(lines, "", (*stage.*of_stage)());
   }
   return lines;
 }

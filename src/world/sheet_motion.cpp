@@ -442,14 +442,8 @@ std::vector<std::string> StrainStage::remarks() const {
 
 std::unique_ptr<SheetMotion> make_sheet_motion(const Sheet& sheet, const Options& options, State& state,
                                                StageClock& clock, Textures& textures, GasStage* gas) {
-  switch (options.dynamics) {
-    case Dynamics::elastic:
-      return make_elastic_motion(sheet, options, state, clock, textures, gas);
-    case Dynamics::spring:
-      return make_spring_motion(sheet, options, state, clock, gas);
-    default:
-      return make_projected_motion(sheet, options, state, clock, textures, gas);
-  }
+  const auto make = options.dynamics == Dynamics::projection ? make_projected_motion : make_spring_motion;
+  return make(sheet, options, state, clock, textures, gas);
 }
 
 }  // namespace world

@@ -141,12 +141,9 @@ class StrainStage : public Stage {
 /// that touches itself or others is projected first, and the balance moves it as masses from there.
 std::unique_ptr<SheetMotion> make_projected_motion(const Sheet& sheet, const Options& options, State& state,
                                                    StageClock& clock, Textures& textures, GasStage* gas);
-/// A sheet of Hooke springs.
+/// A sheet of Hooke springs, or as a material (ElasticSheet).
 std::unique_ptr<SheetMotion> make_spring_motion(const Sheet& sheet, const Options& options, State& state,
-                                                StageClock& clock, GasStage* gas);
-/// A sheet as a material (ElasticSheet).
-std::unique_ptr<SheetMotion> make_elastic_motion(const Sheet& sheet, const Options& options, State& state,
-                                                 StageClock& clock, Textures& textures, GasStage* gas);
+                                                StageClock& clock, Textures& textures, GasStage* gas);
 /// The motion that `dynamics` asks for.
 std::unique_ptr<SheetMotion> make_sheet_motion(const Sheet& sheet, const Options& options, State& state,
                                                StageClock& clock, Textures& textures, GasStage* gas);

@@ -34,20 +34,6 @@ double stiffness_of_contact(const Sheet& sheet, const Options& options, double t
                                  options.time.step);
 }
 
-/// A line where a sheet has the layers of a thin material, but not its stiffness; empty: it has not.
-std::string default_stiffness_remark(const Options& options) {
-  constexpr double thin = 1e-3;     // [m]
-  constexpr double of_paper = 3e9;  // [Pa]
-  const SheetMaterial& material = options.material;
-  if (material.young_modulus || material.tensile_stiffness || options.sheet.thickness > thin) {
-    return "";
-  }
-  return fmt::format(
-      "sheet.tensile_stiffness: {:.4g} N/m, the default, not that of a material {:.3g} m thick (sheet.thickness): "
-      "such paper has some {:.1g} N/m; expected sheet.young_modulus with sheet.physical_thickness, or stiffnesses",
-      stiffness_of(material).tensile[0], options.sheet.thickness, of_paper * options.sheet.thickness);
-}
-
 /// The motion of a sheet of Hooke springs: springs, bodies, drag of the air and gas are brought into balance. By
 /// statics (TimeOptions::scheme) each step ends at rest; by generalized alpha forces are in balance within the
 /// step, which starts from accelerations, too (TimeIntegrator).
@@ -181,20 +167,15 @@ void SpringMotion::set_stiffness_factors() {
 
 SheetInput SpringMotion::input(double h) const {
   const double to_balance = integrator_.fraction() * h;
-  if (integrator_.is_second_order() && pull_ > 0) {
-    return {{mass_, constrained_, start_, to_balance, 1 / std::sqrt(pull_)},
-            state_.target_length,
-            volume_ratio_,
-            stiffness_factor_,
-            state_.burning->active,
-            y_v_,
-            1 / integrator_.rate(h)};
-  }
-  return {{is_static() ? holding_ : mass_, constrained_, start_, to_balance},
-          state_.target_length,
-          volume_ratio_,
-          stiffness_factor_,
-          state_.burning->active};
+  const bool is_alpha = integrator_.is_second_order() && pull_ > 0;
+  return {
+      {is_static() ? holding_ : mass_, constrained_, start_, to_balance, is_alpha ? 1 / std::sqrt(pull_) : to_balance},
+      state_.target_length,
+      volume_ratio_,
+      stiffness_factor_,
+      state_.burning->active,
+      is_alpha ? y_v_ : start_,
+      is_alpha ? 1 / integrator_.rate(h) : to_balance};
 }
 
 void SpringMotion::move_freely() {
@@ -402,9 +383,16 @@ WeaveStrain ElasticMotion::weave_strain() const {
 }
 
 std::vector<std::string> ElasticMotion::first_remarks() const {
+  constexpr double thin = 1e-3;     // [m]
+  constexpr double of_paper = 3e9;  // [Pa]
   std::vector<std::string> lines;
-  if (const std::string line = default_stiffness_remark(options_); !line.empty()) {
-    lines.push_back(line);
+  const SheetMaterial& material = options_.material;
+  const double thickness = options_.sheet.thickness;
+  if (!material.young_modulus && !material.tensile_stiffness && thickness <= thin) {
+    lines.push_back(fmt::format(
+        "sheet.tensile_stiffness: {:.4g} N/m, the default, not that of a material {:.3g} m thick (sheet.thickness): "
+        "such paper has some {:.1g} N/m; expected sheet.young_modulus with sheet.physical_thickness, or stiffnesses",
+        stiffness_of(material).tensile[0], thickness, of_paper * thickness));
   }
   constexpr double worth_a_word = 1.05;
   if (largest_excess_ > worth_a_word) {
@@ -417,12 +405,10 @@ std::vector<std::string> ElasticMotion::first_remarks() const {
 }
 
 std::unique_ptr<SheetMotion> make_spring_motion(const Sheet& sheet, const Options& options, State& state,
-                                                StageClock& clock, GasStage* gas) {
-  return std::make_unique<SpringMotion>(sheet, options, state, clock, gas);
-}
-
-std::unique_ptr<SheetMotion> make_elastic_motion(const Sheet& sheet, const Options& options, State& state,
-                                                 StageClock& clock, Textures& textures, GasStage* gas) {
+                                                StageClock& clock, Textures& textures, GasStage* gas) {
+  if (options.dynamics == Dynamics::spring) {
+    return std::make_unique<SpringMotion>(sheet, options, state, clock, gas);
+  }
   return std::make_unique<ElasticMotion>(sheet, options, state, clock, textures, gas);
 }
 

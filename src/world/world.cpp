@@ -161,8 +161,7 @@ std::string World::ended() const {
 std::vector<std::string> World::first_remarks() const {
   std::vector<std::string> lines = lines_of(objects_, &Object::first_remarks);
   for (const std::unique_ptr<Group>& group : groups_) {
-    const std::vector<std::string> of_group = group->first_remarks();
-    lines.insert(lines.end(), of_group.begin(), of_group.end());
+    add_lines(lines, "", group->first_remarks());
   }
   return lines;
 }
