@@ -3,13 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <sstream>
 
 #include "state/hdf5_file.h"
 #include "tests/io/files.h"
 #include "tests/support/frames.h"
 #include "tests/support/grid_mesh.h"
-#include "tests/support/run_folder.h"
 #include "tests/support/solver_options.h"
 #include "tests/support/state_values.h"
 #include "tests/world/one_object.h"
@@ -36,10 +34,7 @@ class AddedField : public ::testing::Test {
  protected:
   TestFolder folder_;
   Options options_ = strip_options(folder_ / "out");
-  std::ostringstream silent_;
-  Console console_{PETSC_COMM_WORLD, 0, silent_, false};
-  RunFolder run_folder_{options_.output};
-  OneObject run_{grid_mesh(5, 1, 0.1), options_, run_folder_.output, console_};
+  OneObject run_{grid_mesh(5, 1, 0.1), options_};
 
   void declare() {
     Field& damp = run_.state().add<Field>({"dampness", "kg/m^2", Item::particle, Drawn::yes});

@@ -6,7 +6,6 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <tuple>
 #include <utility>
 
@@ -265,10 +264,7 @@ TEST_P(BalloonTable, HasWhatTheStateSays) {
   const TestFolder folder;
   options_.output.directory = folder / "out";
   options_.output.name = "balls";
-  std::ostringstream silent;
-  Console console(PETSC_COMM_WORLD, 0, silent, false);
-  RunFolder run_folder(options_.output);
-  OneObject run(mesh_, options_, run_folder.output, console, ChainKind::inflate);
+  OneObject run(mesh_, options_, ChainKind::inflate);
   const StageClock& clock = run.clock();
   run.begin();
   std::vector<TableRow> history{row(rest_, {}, clock)};

@@ -5,13 +5,11 @@
 
 #include <array>
 #include <cmath>
-#include <sstream>
 
 #include "tests/support/alone.h"
 #include "tests/support/frames.h"
 #include "tests/support/grid_mesh.h"
 #include "tests/support/picture.h"
-#include "tests/support/run_folder.h"
 #include "tests/support/solver_options.h"
 #include "tests/world/one_object.h"
 #include "tests/world/whole.h"
@@ -59,10 +57,7 @@ SurfaceMesh strip() { return grid_mesh(8, 2, edge); }
 /// Runs the strip, with a frame of each step. @param is_spread whether first most of it goes to other ranks
 /// @returns what it printed, on rank 0
 std::string run_strip(const Options& options, bool is_spread = false) {
-  std::ostringstream said;
-  Console console(PETSC_COMM_WORLD, 1, said, false);
-  RunFolder run_folder(options.output);
-  OneObject run(strip(), options, run_folder.output, console);
+  OneObject run(strip(), options, ChainKind::burn, 1);
   if (is_spread) {
     const Sheet& sheet = run.sheet();
     std::vector<double> load;
@@ -79,7 +74,7 @@ std::string run_strip(const Options& options, bool is_spread = false) {
     run.record(0);
   }
   MPI_Barrier(PETSC_COMM_WORLD);
-  return said.str();
+  return run.said();
 }
 
 /// Expects the same of two runs of the strip.

@@ -5,14 +5,12 @@
 #include <cmath>
 #include <cstdio>
 #include <numeric>
-#include <sstream>
 
 #include "contact/body_heat.h"
 #include "meshing/closed_shapes.h"
 #include "parallel/collective.h"
 #include "tests/io/files.h"
 #include "tests/support/csv.h"
-#include "tests/support/run_folder.h"
 #include "tests/support/solver_options.h"
 #include "tests/support/state_values.h"
 #include "tests/world/one_object.h"
@@ -207,10 +205,7 @@ class BurningBalloonRuns : public ::testing::Test {
 
   TestFolder folder_;
   Options options_ = options_in(folder_);
-  std::ostringstream silent_;
-  Console console_{PETSC_COMM_WORLD, 0, silent_, false};
-  RunFolder run_folder_{options_.output};
-  OneObject run_{icosphere_mesh(2, 0.1), options_, run_folder_.output, console_, ChainKind::inflate};
+  OneObject run_{icosphere_mesh(2, 0.1), options_, ChainKind::inflate};
 };
 
 TEST_F(BurningBalloonRuns, EndsWithTheHoleWhoseElementIsTheFirst) {

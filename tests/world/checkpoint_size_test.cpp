@@ -3,12 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <sstream>
 
 #include "meshing/generators.h"
 #include "state/hdf5_file.h"
 #include "tests/io/files.h"
-#include "tests/support/run_folder.h"
 #include "tests/support/solver_options.h"
 #include "tests/support/state_values.h"
 #include "tests/world/one_object.h"
@@ -36,10 +34,7 @@ TEST(CheckpointSize, IsLittleMoreThanTheFieldsAndASheetThatHasBurntIsWhole) {
   options.pins["left"].vertices = {0};
   options.output.directory = folder / "out";
   options.output.name = "sheet";
-  std::ostringstream silent;
-  Console console(PETSC_COMM_WORLD, 0, silent, false);
-  RunFolder run_folder(options.output);
-  OneObject run(rectangle_mesh({150, 140}, {1, 1}), options, run_folder.output, console);
+  OneObject run(rectangle_mesh({150, 140}, {1, 1}), options);
   run.draw();
   for (int step = 0; step < 3; ++step) {
     const StepResult result = run.world().step(h);

@@ -10,7 +10,6 @@
 #include "tests/io/files.h"
 #include "tests/support/balls.h"
 #include "tests/support/frames.h"
-#include "tests/support/run_folder.h"
 #include "tests/support/solver_options.h"
 #include "tests/world/one_object.h"
 #include "tests/world/static_balloon.h"
@@ -304,10 +303,7 @@ TEST_P(Icosahedron, IsDrawnAsItIs) {
   options.chambers["gas"].volume_ratio = {{0, 1}, {2 * h, 1.331}};
   options.output.directory = folder / "out";
   options.output.name = "ball";
-  std::ostringstream silent;
-  Console console(PETSC_COMM_WORLD, 0, silent, false);
-  RunFolder run_folder(options.output);
-  OneObject run(icosphere_mesh(0, radius), options, run_folder.output, console, ChainKind::inflate);
+  OneObject run(icosphere_mesh(0, radius), options, ChainKind::inflate);
   ASSERT_TRUE(run.advance(h).converged);
   ASSERT_TRUE(run.advance(h).converged);
   run.draw();

@@ -6,13 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <sstream>
 
 #include "tests/io/files.h"
 #include "tests/support/alone.h"
 #include "tests/support/csv.h"
 #include "tests/support/grid_mesh.h"
-#include "tests/support/run_folder.h"
 #include "tests/world/one_object.h"
 #include "tests/world/tables.h"
 #include "tests/world/whole.h"
@@ -248,10 +246,7 @@ TEST_F(Tables, HaveWhatTheStateSays) {
   const TestFolder folder;
   options_.output.directory = folder / "out";
   options_.output.name = "strip";
-  std::ostringstream silent;
-  Console console(PETSC_COMM_WORLD, 0, silent, false);
-  RunFolder run_folder(options_.output);
-  OneObject run(grid_mesh(7, 1, edge), options_, run_folder.output, console);
+  OneObject run(grid_mesh(7, 1, edge), options_);
   const StageClock& clock = run.clock();
 
   std::vector<TableRow> history;

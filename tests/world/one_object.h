@@ -1,6 +1,8 @@
 #pragma once
 
 #include <memory>
+#include <sstream>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -8,16 +10,22 @@
 #include "surface/membrane.h"
 #include "surface/mesh_rows.h"
 #include "surface/sheet.h"
+#include "tests/support/run_folder.h"
 
 namespace pellicle {
 
-/// A world of one object without a name.
+/// A world of one object without a name, with a folder and a console that no terminal shows.
 class WorldOfOne {
  public:
-  WorldOfOne(const SurfaceMesh& mesh, Options options, ChainKind chain)
-      : of_one_(only(mesh, of_chain(options, chain)), {plan_of("", of_chain(options, chain))}) {}
+  WorldOfOne(const SurfaceMesh& mesh, const Options& options, ChainKind chain, int monitor)
+      : own_console_(PETSC_COMM_WORLD, monitor, said_, false),
+        own_folder_(options.output),
+        of_one_(only(mesh, of_chain(options, chain)), {plan_of("", of_chain(options, chain))}) {}
 
  protected:
+  std::ostringstream said_;
+  Console own_console_;
+  RunFolder own_folder_;
   World of_one_;
 
  private:
@@ -37,16 +45,19 @@ class WorldOfOne {
 /// A world of one object, a sheet or a wall, as a deck without objects makes it, with its output.
 class OneObject : private WorldOfOne, public WorldOutput {
  public:
-  /// @param mesh on all ranks, of which rank 0's counts
-  OneObject(const SurfaceMesh& mesh, const Options& options, OutputFolder& folder, Console& console,
-            ChainKind chain = ChainKind::burn)
-      : WorldOfOne(mesh, options, chain), WorldOutput(of_one_, folder, console, options.output) {}
+  /// @param mesh on all ranks, of which rank 0's counts @param monitor see Console
+  OneObject(const SurfaceMesh& mesh, const Options& options, ChainKind chain = ChainKind::burn, int monitor = 0)
+      : WorldOfOne(mesh, options, chain, monitor),
+        WorldOutput(of_one_, own_folder_.output, own_console_, options.output) {}
 
   Object& object() { return *world().objects().front(); }
   State& state() { return object().state(); }
   const Sheet& sheet() { return static_cast<const Sheet&>(object().surface()); }
   const Membrane& membrane() { return static_cast<const Membrane&>(object().surface()); }
   const StageClock& clock() { return object().clock(); }
+  Console& console() { return own_console_; }
+  /// What the console has printed, on rank 0.
+  std::string said() const { return said_.str(); }
 };
 
 }  // namespace pellicle

@@ -4,13 +4,11 @@
 
 #include <array>
 #include <cmath>
-#include <sstream>
 #include <utility>
 #include <vector>
 
 #include "parallel/collective.h"
 #include "tests/support/csv.h"
-#include "tests/support/run_folder.h"
 #include "tests/world/one_object.h"
 
 namespace pellicle {
@@ -19,10 +17,7 @@ namespace pellicle {
 class PulledStrip {
  public:
   PulledStrip(const SurfaceMesh& mesh, const Options& options, double h, ChainKind chain = ChainKind::burn)
-      : h_(h),
-        console_(PETSC_COMM_WORLD, 0, silent_, false),
-        folder_(options.output),
-        run_(mesh, options, folder_.output, console_, chain) {
+      : h_(h), run_(mesh, options, chain) {
     run_.begin();
   }
 
@@ -100,9 +95,6 @@ class PulledStrip {
 
  private:
   double h_;
-  std::ostringstream silent_;
-  Console console_;
-  RunFolder folder_;
   OneObject run_;
 };
 

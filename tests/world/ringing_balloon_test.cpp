@@ -8,7 +8,6 @@
 #include <array>
 #include <cmath>
 #include <functional>
-#include <sstream>
 
 #include "base/error.h"
 #include "geometry/pi.h"
@@ -18,7 +17,6 @@
 #include "tests/support/balls.h"
 #include "tests/support/csv.h"
 #include "tests/support/print_once.h"
-#include "tests/support/run_folder.h"
 #include "tests/support/solver_options.h"
 #include "tests/world/one_object.h"
 #include "tests/world/static_balloon.h"
@@ -240,12 +238,9 @@ TEST_F(Icosahedron, ItsErrorFollowsTheTolerance) {
     options.output.directory = folder / "out";
     options.output.name = "ball";
     options.output.interval_time = 1;
-    std::ostringstream silent;
-    Console console(PETSC_COMM_WORLD, 0, silent, false);
-    RunFolder run_folder(options.output);
-    OneObject run(icosphere_mesh(0, radius), options, run_folder.output, console, ChainKind::inflate);
+    OneObject run(icosphere_mesh(0, radius), options, ChainKind::inflate);
     run.begin();
-    run_steps(run, options.time, console);
+    run_steps(run, options.time, run.console());
     error.push_back(errors(run.state(), run.membrane(), exact)[0]);
     steps.push_back(run.step());
     print_once("tolerance %.0e: %d steps, s to %.1e\n", tolerance, run.step(), error.back());

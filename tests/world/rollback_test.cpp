@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <sstream>
 
 #include "meshing/closed_shapes.h"
 #include "meshing/triangulation.h"
@@ -11,7 +10,6 @@
 #include "tests/io/files.h"
 #include "tests/support/csv.h"
 #include "tests/support/grid_mesh.h"
-#include "tests/support/run_folder.h"
 #include "tests/support/solver_options.h"
 #include "tests/support/state_values.h"
 #include "tests/world/one_object.h"
@@ -131,10 +129,7 @@ Written expect_no_trace(Options options, const SurfaceMesh& mesh, double h) {
     options.output.directory = folder / name;
     options.output.name = "run";
     {
-      std::ostringstream silent;
-      Console console(PETSC_COMM_WORLD, 0, silent, false);
-      RunFolder run_folder(options.output);
-      OneObject run(mesh, options, run_folder.output, console, options.chain);
+      OneObject run(mesh, options, options.chain);
       run_with_attempts(run, h, attempts);
     }
     return Written(folder / name);
