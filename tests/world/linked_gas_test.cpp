@@ -5,7 +5,6 @@
 #include <cmath>
 #include <functional>
 
-#include "base/error.h"
 #include "gas/gas_options.h"
 #include "meshing/closed_shapes.h"
 #include "meshing/triangulation.h"
@@ -238,12 +237,7 @@ TEST(LinkedGas, PressuresOfProjectedAndSpringSheetsDoNotDependOnTheStep) {
 }
 
 std::string refusal(std::deque<NamedOptions>& objects) {
-  try {
-    share_links(objects);
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "";
+  return error_text([&] { share_links(objects); });
 }
 
 // A projected sheet is projected only when the balance of the balloon is known, and its contact acts then.
@@ -279,7 +273,7 @@ TEST(LinkedGas, EveryLinkBelongsToTheObjectsThatItJoins) {
   objects[2].options.gas.links["own"] = tube("air", "ambient", 2);
   objects[2].options.gas.links["away"] = tube("air", "a.air_2", 3);
   objects[0].options.gas.links["of_b"] = tube("b.air", "", 4);
-  EXPECT_EQ(refusal(objects), "");
+  EXPECT_EQ(refusal(objects), "no Error");
   const auto names = [&](std::size_t i) {
     std::string all;
     for (const auto& [name, link] : objects[i].options.gas.links) {
@@ -323,12 +317,7 @@ TEST(LinkedGas, WhatDoesNotFitTheOtherObjectIsRefused) {
     }
     objects[0].options.gas.links["tube"] = tube("air", "b.air", 1);
     change(objects[0].options, objects[1].options);
-    try {
-      const Scene scene(std::move(objects), {ball(1), ball(1)});
-    } catch (const Error& error) {
-      return std::string(error.what());
-    }
-    return std::string();
+    return error_text([&] { const Scene scene(std::move(objects), {ball(1), ball(1)}); });
   };
   EXPECT_EQ(message([](Options& a, Options&) { a.gas.links["tube"].to = "b.gas"; }),
             "gas_network.links.tube.to: there is no chamber gas, expected air or ambient");

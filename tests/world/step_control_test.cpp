@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "base/stop_signal.h"
+#include "tests/io/files.h"
 #include "world/checkpoint_options.h"
 
 namespace pellicle::step_control_test {
@@ -136,6 +137,11 @@ std::string run(FakeRun& fake, const TimeOptions& options, int monitor = 0) {
   return stream.str();
 }
 
+/// The message of the Error with which a run ends, or "no Error".
+std::string fault_of(FakeRun& fake, const TimeOptions& options) {
+  return error_text([&] { run(fake, options); });
+}
+
 TimeOptions options_for(double step, double end) {
   TimeOptions options;
   options.step = step;
@@ -239,31 +245,15 @@ TEST(StepControl, StopsWithTheReasonAndTheLastGoodState) {
   fake.frame_interval = 10;
   TimeOptions options = options_for(1, 4);
   options.max_retries = 3;
-  try {
-    run(fake, options);
-    FAIL() << "no error";
-  } catch (const Error& error) {
-    EXPECT_STREQ(
-        error.what(),
-        "step 3 at time 2.000000 s failed, down to a length of 0.125 s: the step is too long; the state before "
-        "it is the last frame; the state in which it failed is fake_failed.pvd");
-  }
+  EXPECT_EQ(fault_of(fake, options),
+            "step 3 at time 2.000000 s failed, down to a length of 0.125 s: the step is too long; the state before "
+            "it is the last frame; the state in which it failed is fake_failed.pvd");
   EXPECT_DOUBLE_EQ(fake.failed_length, 0.125);
   EXPECT_NE(fake.failed_sum, 2) << "not the state that was put back";
   EXPECT_EQ(fake.attempts, 2 + 4);
   expect_near(fake.drawn, {2});
   EXPECT_DOUBLE_EQ(fake.drawn_sum, 2);
   EXPECT_EQ(fake.rows.size(), 2U);
-}
-
-/// The message of the Error with which a run ends, or "no Error".
-std::string fault_of(FakeRun& fake, const TimeOptions& options) {
-  try {
-    run(fake, options);
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "no Error";
 }
 
 TEST(StepControl, TellsEveryStepThatIsHalvedAndWhy) {

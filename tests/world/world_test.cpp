@@ -8,7 +8,6 @@
 #include <array>
 #include <optional>
 
-#include "base/error.h"
 #include "tests/io/files.h"
 #include "tests/support/balls.h"
 #include "tests/support/csv.h"
@@ -240,12 +239,7 @@ TEST(World, AChosenFieldMustBeOneObjectsAtLeast) {
     EXPECT_EQ(read_csv(folder / "chosen/history_sheet.csv").at("step").size(), 1U);
     EXPECT_EQ(read_csv(folder / "chosen/history_balloon.csv").at("step").size(), 1U);
   }
-  std::string fault;
-  try {
-    write("other", {"temperature", "stres"});
-  } catch (const Error& error) {
-    fault = error.what();
-  }
+  const std::string fault = error_text([&] { write("other", {"temperature", "stres"}); });
   EXPECT_EQ(fault.rfind("output.fields: no field 'stres' in this run: expected some of velocity, temperature", 0), 0U)
       << fault;
   EXPECT_NE(fault.find(", stress"), std::string::npos) << fault;
