@@ -2,6 +2,7 @@
 
 #include <mpi.h>
 
+#include <functional>
 #include <string>
 #include <utility>
 
@@ -66,6 +67,30 @@ class Alone {
   const Chambers& chambers() const { return *object.chambers(); }
   /// A number of the history about the last step, by its column. Collective.
   double figure(const std::string& column) const { return object.report(0, false).at(column); }
+  /// Sums over the owned particles of all ranks. Collective.
+  double sum(const std::function<double(PetscInt)>& of) const {
+    return sum_of_vectors([&of](PetscInt i) { return Eigen::Vector3d(of(i), 0, 0); }).x();
+  }
+  Eigen::Vector3d sum_of_vectors(const std::function<Eigen::Vector3d(PetscInt)>& of) const {
+    Eigen::Vector3d total = Eigen::Vector3d::Zero();
+    for (PetscInt i = 0; i < surface().particles.owned; ++i) {
+      total += of(i);
+    }
+    MPI_Allreduce(MPI_IN_PLACE, total.data(), 3, MPI_DOUBLE, MPI_SUM, surface().comm());
+    return total;
+  }
+  /// Mass that moves [kg], and its momentum [kg m/s]. Collective.
+  double mass() const {
+    return sum([this](PetscInt i) { return object.motion().mass()[i]; });
+  }
+  Eigen::Vector3d momentum() const {
+    return sum_of_vectors(
+        [this](PetscInt i) -> Eigen::Vector3d { return object.motion().mass()[i] * state().velocity.vector(i); });
+  }
+  /// Coordinate z of the particle of an id [m]. Collective.
+  double height_of(PetscInt id) const {
+    return sum([&](PetscInt i) { return surface().persistent_id[i] == id ? state().position.vector(i).z() : 0; });
+  }
   /// Null: nothing touches.
   const SurfaceContact* contact() const { return equilibrium_.contact(); }
   /// The balance of a step that has begun.

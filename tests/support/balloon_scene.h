@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "tests/support/balls.h"
+#include "tests/support/grid_mesh.h"
 
 namespace pellicle {
 
@@ -33,11 +34,7 @@ inline std::string obj_of(const std::vector<std::pair<std::string, SurfaceMesh>>
 
 /// The mesh of the scene below, "balloons.obj": 162 vertices of a ball (320 triangles), 91 of a dome (160 triangles).
 inline std::string balloon_scene_mesh() {
-  SurfaceMesh ball = icosphere_mesh(2, 0.05);
-  for (Eigen::Vector3d& point : ball.points) {
-    point.z() += 0.2;
-  }
-  return obj_of({{"ball", ball}, {"dome", dome_mesh(2, 0.06)}});
+  return obj_of({{"ball", moved(icosphere_mesh(2, 0.05), {0, 0, 0.2})}, {"dome", dome_mesh(2, 0.06)}});
 }
 
 /// A deck with something of everything, small: a ball that is blown up by the paper's gas while its top is led upwards

@@ -28,6 +28,14 @@ inline SurfaceMesh grid_mesh(int nx, int ny, double edge) {
   return mesh;
 }
 
+/// A mesh at another place.
+inline SurfaceMesh moved(SurfaceMesh mesh, const Eigen::Vector3d& shift) {
+  for (Eigen::Vector3d& point : mesh.points) {
+    point += shift;
+  }
+  return mesh;
+}
+
 /// The grid with its points moved by up to a fifth of a cell, also out of the plane.
 inline SurfaceMesh irregular_mesh(int nx, int ny, double edge) {
   SurfaceMesh mesh = grid_mesh(nx, ny, edge);

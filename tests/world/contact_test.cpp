@@ -275,10 +275,7 @@ TEST(Contact, TwoBalloonsPressWithTheirPressureOnTheFlatDisc) {
   }
   SurfaceMesh mesh = icosphere_mesh(3, radius);
   const auto first_points = static_cast<PetscInt>(mesh.points.size());
-  mesh = joined(mesh, mesh, {2 * radius + gap, 0, 0});
-  for (Eigen::Vector3d& point : mesh.points) {
-    point.x() -= radius + gap / 2;
-  }
+  mesh = moved(joined(mesh, mesh, {2 * radius + gap, 0, 0}), {-(radius + gap / 2), 0, 0});
   StaticBalloon balloons(on_first(PETSC_COMM_WORLD, mesh), options);
   for (int n = 1; n <= 60; ++n) {
     balloons.reach(0.01 * n);

@@ -38,21 +38,13 @@ struct Disc {
 
 Disc inflated_disc(int rings, double poisson) {
   StaticBalloon disc(disc_mesh(rings, radius), disc_options(poisson));
-  const PetscInt centre = 0;
+  constexpr PetscInt centre = 0;
   const Membrane& membrane = disc.membrane();
-  const auto height = [&] {
-    double sum = 0;
-    for (PetscInt i = 0; i < membrane.particles.owned; ++i) {
-      sum += membrane.persistent_id[i] == centre ? disc.state().position.vector(i).z() : 0;
-    }
-    MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
-    return sum;
-  };
   Disc result;
   for (int step = 1; step <= 20; ++step) {
-    result.movement = -height();
+    result.movement = -disc.height_of(centre);
     disc.reach(5e-3 * step);
-    result.deflection = height();
+    result.deflection = disc.height_of(centre);
     result.movement += result.deflection;
   }
   print_once("  %d rings: %d Newton and %d linear iterations\n", rings, disc.newton_iterations, disc.linear_iterations);

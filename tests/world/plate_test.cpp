@@ -42,12 +42,7 @@ double deflection(const SurfaceMesh& mesh, double poisson) {
   options.chambers["below"].pressure = {{0, pressure}};
   StaticBalloon plate(mesh, options);
   plate.reach(1);
-  double height = 0;
-  for (PetscInt i = 0; i < plate.membrane().particles.owned; ++i) {
-    height += plate.membrane().persistent_id[i] == 0 ? plate.state().position.vector(i).z() : 0;
-  }
-  MPI_Allreduce(MPI_IN_PLACE, &height, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
-  return height / small;
+  return plate.height_of(0) / small;
 }
 
 TEST(Plate, AClampedDiscSinksByItsLoadOver64TimesItsRigidity) {
@@ -97,9 +92,7 @@ double buckling_force(const SurfaceMesh& mesh, double length, double width) {
   options.pins["right"].group = "right";
   options.pins["right"].path = {{0, 0, 0, 0}, {1, -4 * critical * length, 0, 0}};
   StaticBalloon strip(mesh, options);
-  for (int step = 1; step <= 10; ++step) {
-    strip.reach(0.2 * step);
-  }
+  strip.reach(2, 10);
   const PetscInt owned = strip.membrane().particles.owned;
   Eigen::Matrix3Xd forces = Eigen::Matrix3Xd::Zero(3, owned);
   strip.elements().add_force(strip.state().position, strip.state().thickness_ratio, forces);

@@ -204,9 +204,7 @@ TEST_F(Icosahedron, ConvergesWithTheSquareOfTheStep) {
     std::array<double, 2> last{};
     for (const int steps : {100, 200, 400}) {
       StaticBalloon balloon(icosphere_mesh(0, radius), options);
-      for (int step = 1; step <= steps; ++step) {
-        balloon.reach(end_ * step / steps);
-      }
+      balloon.reach(end_, steps);
       const std::array<double, 2> error = errors(balloon.state(), balloon.membrane(), exact);
       print_once("spectral radius %.1f, %d steps: s to %.1e, rate to %.1e/s\n", spectral_radius, steps, error[0],
                  error[1]);
@@ -250,23 +248,16 @@ TEST_F(Icosahedron, ItsErrorFollowsTheTolerance) {
   EXPECT_LT(error[0] / error[1], 200);
 }
 
-/// All of the vertices of a balloon.
-template <class Sum>
-Eigen::Vector3d sum_of(StaticBalloon& balloon, const Sum& sum) {
-  Eigen::Vector3d all = Eigen::Vector3d::Zero();
-  for (PetscInt i = 0; i < balloon.membrane().particles.owned; ++i) {
-    all += balloon.object.motion().mass()[i] * sum(i);
-  }
-  MPI_Allreduce(MPI_IN_PLACE, all.data(), 3, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
-  return all;
+/// The sum of masses times places [kg m].
+Eigen::Vector3d moment_of_mass(const StaticBalloon& balloon) {
+  return balloon.sum_of_vectors([&](PetscInt i) -> Eigen::Vector3d {
+    return balloon.object.motion().mass()[i] * balloon.state().position.vector(i);
+  });
 }
-Eigen::Vector3d momentum(StaticBalloon& balloon) {
-  return sum_of(balloon, [&](PetscInt i) -> Eigen::Vector3d { return balloon.state().velocity.vector(i); });
-}
-Eigen::Vector3d angular_momentum(StaticBalloon& balloon) {
-  return sum_of(balloon, [&](PetscInt i) -> Eigen::Vector3d {
-    return Eigen::Vector3d(balloon.state().position.vector(i))
-        .cross(Eigen::Vector3d(balloon.state().velocity.vector(i)));
+Eigen::Vector3d angular_momentum(const StaticBalloon& balloon) {
+  return balloon.sum_of_vectors([&](PetscInt i) -> Eigen::Vector3d {
+    const Eigen::Vector3d velocity = balloon.state().velocity.vector(i);
+    return balloon.object.motion().mass()[i] * Eigen::Vector3d(balloon.state().position.vector(i)).cross(velocity);
   });
 }
 
@@ -286,12 +277,12 @@ TEST(SpinningBalloon, KeepsItsMomentumAndItsAngularMomentum) {
     for (PetscInt i = 0; i < balloon.membrane().particles.local(); ++i) {
       balloon.state().velocity.vector(i) = flight + spin.cross(Eigen::Vector3d(balloon.state().position.vector(i)));
     }
-    const Eigen::Vector3d p = momentum(balloon);
+    const Eigen::Vector3d p = balloon.momentum();
     const Eigen::Vector3d l = angular_momentum(balloon);
     for (int step = 1; step * h < 0.0201; ++step) {
       balloon.reach(step * h);
     }
-    EXPECT_LE((momentum(balloon) - p).norm(), 1e-9 * p.norm());
+    EXPECT_LE((balloon.momentum() - p).norm(), 1e-9 * p.norm());
     return (angular_momentum(balloon) - l).norm() / l.norm();
   };
   EXPECT_LE(lost(1, 1e-3), 1e-9);
@@ -326,9 +317,7 @@ double error_of_place(const Options& options, double end, int steps, const Eigen
                       const Eigen::Vector3d& expected) {
   StaticBalloon balloon(icosphere_mesh(0, radius), options);
   balloon.state().velocity.values().colwise() = speed;
-  for (int step = 1; step <= steps; ++step) {
-    balloon.reach(end * step / steps);
-  }
+  balloon.reach(end, steps);
   double error = 0;
   for (PetscInt i = 0; i < balloon.membrane().particles.local(); ++i) {
     const Eigen::Vector3d place = balloon.membrane().rest.col(i) + expected;
@@ -345,8 +334,7 @@ TEST(RigidBalloonByGeneralizedAlpha, FollowsAMovingAttachmentToSecondOrder) {
   hands.total_stiffness = 700;
   hands.velocity = {0.4, 0, 0.3};
   StaticBalloon balloon(icosphere_mesh(0, radius), options);
-  const double mass = sum_of(balloon, [](PetscInt) { return Eigen::Vector3d(1, 0, 0); })[0];
-  const double frequency = std::sqrt(700 / mass);
+  const double frequency = std::sqrt(700 / balloon.mass());
   constexpr double end = 0.02;
   const Eigen::Vector3d place = (end - std::sin(frequency * end) / frequency) * hands.velocity;
   const double coarse = error_of_place(options, end, 40, {0, 0, 0}, place);
@@ -366,11 +354,8 @@ TEST(RigidBalloonByGeneralizedAlpha, IsBrakedByTheAirToSecondOrder) {
   const auto place = [&](int steps) {
     StaticBalloon balloon(icosphere_mesh(1, radius), options);
     balloon.state().velocity.values().colwise() = speed;
-    for (int step = 1; step <= steps; ++step) {
-      balloon.reach(end * step / steps);
-    }
-    return Eigen::Vector3d(
-        sum_of(balloon, [&](PetscInt i) -> Eigen::Vector3d { return balloon.state().position.vector(i); }));
+    balloon.reach(end, steps);
+    return moment_of_mass(balloon);
   };
   const double first = (place(20) - place(40)).norm();
   const double second = (place(40) - place(80)).norm();
@@ -421,9 +406,7 @@ TEST(BalloonByGeneralizedAlpha, IsPressedByAMovingBody) {
     for (int step = 1; step * h < 0.02001; ++step) {
       balloon.reach(step * h);
     }
-    const double mass = sum_of(balloon, [](PetscInt) { return Eigen::Vector3d(1, 0, 0); })[0];
-    return sum_of(balloon, [&](PetscInt i) -> Eigen::Vector3d { return balloon.state().position.vector(i); }).z() /
-           mass;
+    return moment_of_mass(balloon).z() / balloon.mass();
   };
   const double exact = height(TimeScheme::implicit_euler, 5e-6);
   const double by_alpha = height(TimeScheme::generalized_alpha, 5e-4);

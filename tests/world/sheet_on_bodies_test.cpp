@@ -48,24 +48,7 @@ struct MovingSheet : Alone {
     }
     return last;
   }
-  double sum(const std::function<double(PetscInt)>& of) const {
-    double total = 0;
-    for (PetscInt i = 0; i < surface().particles.owned; ++i) {
-      total += of(i);
-    }
-    MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
-    return total;
-  }
-  double mass() const {
-    return sum([this](PetscInt i) { return burning().mass.data()[i]; });
-  }
-  Vector3d mean_velocity() const {
-    Vector3d mean;
-    for (Eigen::Index k = 0; k < 3; ++k) {
-      mean[k] = sum([&](PetscInt i) { return burning().mass.data()[i] * state().velocity.vector(i)[k]; }) / mass();
-    }
-    return mean;
-  }
+  Vector3d mean_velocity() const { return momentum() / mass(); }
   /// The least gap of a surface triangle of this rank from a body.
   double least_gap(const BodyOptions& body) const {
     const Solid solid = make_bodies(PETSC_COMM_WORLD, {{"body", body}})[0].at(state().time);
@@ -349,13 +332,7 @@ TEST(SheetOnBodies, ATurningDrumDragsTheSheet) {
 }
 
 /// A strip of n x n/20 cells that lies over a drum and hangs down by its weight.
-SurfaceMesh strip(int n) {
-  SurfaceMesh mesh = grid_mesh(n, n / 20, 0.4 / n);
-  for (Vector3d& point : mesh.points) {
-    point.x() -= 0.2;
-  }
-  return mesh;
-}
+SurfaceMesh strip(int n) { return moved(grid_mesh(n, n / 20, 0.4 / n), {-0.2, 0, 0}); }
 
 /// Heat that the strip has got in 0.4 s [J].
 double heat_of_drum(Dynamics dynamics, double thickness, int n) {

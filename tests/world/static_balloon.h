@@ -46,6 +46,19 @@ struct StaticBalloon : Alone {
     ASSERT_TRUE(result.converged) << "at " << time << " s: " << result.reason;
   }
 
+  /// Steps of length h [s] to a time, or beyond it by less than a step [s].
+  void go_to(double time, double h) {
+    while (state().time < time) {
+      reach(state().time + h);
+    }
+  }
+  /// So many equal steps from time 0 to a time [s].
+  void reach(double time, int steps) {
+    for (int step = 1; step <= steps; ++step) {
+      reach(time * step / steps);
+    }
+  }
+
   double pressure() const { return state().pressure[0]; }
   double volume() const { return chambers().volumes(state().position)[0]; }
   /// The elements of its wall.

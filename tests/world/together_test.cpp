@@ -22,13 +22,7 @@ namespace {
 constexpr double radius = 0.05;  // [m]
 constexpr double gap = 2e-3;     // between what is to touch [m]
 
-SurfaceMesh ball_at(const Eigen::Vector3d& centre) {
-  SurfaceMesh mesh = icosphere_mesh(2, radius);
-  for (Eigen::Vector3d& point : mesh.points) {
-    point += centre;
-  }
-  return mesh;
-}
+SurfaceMesh ball_at(const Eigen::Vector3d& centre) { return moved(icosphere_mesh(2, radius), centre); }
 
 void make_balloon(Options& options) {
   options.chain = ChainKind::inflate;
@@ -115,10 +109,7 @@ TEST_P(TogetherByDynamics, ASheetThatHitsABalloonGivesItItsMomentum) {
   Options& balloon = objects.emplace_back("balloon").options;
   make_balloon(balloon);
   make_touching(balloon, folder / "out");
-  SurfaceMesh cloth = grid_mesh(10, 10, 0.01);
-  for (Eigen::Vector3d& point : cloth.points) {
-    point += Eigen::Vector3d(-0.05, -0.04, radius + gap);
-  }
+  const SurfaceMesh cloth = moved(grid_mesh(10, 10, 0.01), {-0.05, -0.04, radius + gap});
   Scene scene(std::move(objects), {cloth, ball_at({0, 0, 0})});
   scene.throw_all(0, {0, 0, -1});
   const auto momenta = [&] {
@@ -154,11 +145,7 @@ TEST_P(TogetherByDynamics, ASheetStaysAboveItsBody) {
   Options& balloon = objects.emplace_back("balloon").options;
   make_balloon(balloon);
   make_touching(balloon, folder / "out");
-  SurfaceMesh cloth = grid_mesh(4, 4, 0.02);
-  for (Eigen::Vector3d& point : cloth.points) {
-    point.z() += 0.01;
-  }
-  Scene scene(std::move(objects), {cloth, ball_at({1, 0, 0})});
+  Scene scene(std::move(objects), {moved(grid_mesh(4, 4, 0.02), {0, 0, 0.01}), ball_at({1, 0, 0})});
   scene.throw_all(0, {0, 0, -1});
   for (int n = 0; n < 20; ++n) {
     scene.step(1e-3);
@@ -180,12 +167,7 @@ TEST_P(TogetherByDynamics, UnlikeThicknessesCountByTheirMean) {
     make_touching(options, folder / "out");
     options.contact.thickness = name == std::string("upper") ? 2e-3 : 6e-3;
   }
-  SurfaceMesh lower = grid_mesh(4, 4, 0.02);
-  SurfaceMesh upper = grid_mesh(5, 5, 0.0173);
-  for (Eigen::Vector3d& point : upper.points) {
-    point.z() += 0.03;
-  }
-  Scene scene(std::move(objects), {lower, upper});
+  Scene scene(std::move(objects), {grid_mesh(4, 4, 0.02), moved(grid_mesh(5, 5, 0.0173), {0, 0, 0.03})});
   scene.throw_all(1, {0, 0, -0.5});
   double first = 0;  // gap at the first contact
   for (int n = 0; n < 100 && first == 0; ++n) {
@@ -212,15 +194,8 @@ TEST_P(TogetherByDynamics, TheFloorBearsTheWeightOfAll) {
     options.elastic.snes_rtol = 1e-6;
   }
   objects.back().options.dynamics = GetParam();
-  SurfaceMesh lower = grid_mesh(6, 6, 0.02);
-  SurfaceMesh upper = grid_mesh(5, 5, 0.017);
-  for (Eigen::Vector3d& point : lower.points) {
-    point.z() += 3e-3;
-  }
-  for (Eigen::Vector3d& point : upper.points) {
-    point += Eigen::Vector3d(0.01, 0.015, 8e-3);
-  }
-  Scene scene(std::move(objects), {lower, upper});
+  Scene scene(std::move(objects),
+              {moved(grid_mesh(6, 6, 0.02), {0, 0, 3e-3}), moved(grid_mesh(5, 5, 0.017), {0.01, 0.015, 8e-3})});
   double force = 0;  // on the floor, mean of the last steps
   constexpr int steps = 150;
   constexpr int last = 30;
@@ -266,10 +241,8 @@ TEST_P(TogetherByDynamics, ASheetOnASlopeSticksAndSlides) {
     }
     objects.front().options.pins["all"].box = {-1, -1, -1, 1, 1, 1};
     objects.back().options.dynamics = GetParam();
-    SurfaceMesh upper = grid_mesh(5, 5, 0.012);
-    for (Eigen::Vector3d& point : upper.points) {
-      point += Eigen::Vector3d(0.03, 0.034, 6.1e-3);  // two thicknesses: they press from one on
-    }
+    // Two thicknesses above: they press from one on.
+    const SurfaceMesh upper = moved(grid_mesh(5, 5, 0.012), {0.03, 0.034, 6.1e-3});
     Scene scene(std::move(objects), {grid_mesh(16, 8, 0.017), upper});
     const auto mean_velocity = [&] {
       const Surface& surface = scene.object(1).surface();
@@ -307,10 +280,7 @@ Scene lantern_and_cloth(const TestFolder& folder, const std::string& name, doubl
   ChamberOptions& gas = objects.front().options.chambers["gas"];
   gas.law = "isothermal";
   gas.amount_ratio = Rows{{0, 1}, {0.012, 1.01}};
-  SurfaceMesh cloth = grid_mesh(6, 6, 0.01);
-  for (Eigen::Vector3d& point : cloth.points) {
-    point += Eigen::Vector3d(-0.03, -0.025, distance);
-  }
+  const SurfaceMesh cloth = moved(grid_mesh(6, 6, 0.01), {-0.03, -0.025, distance});
   return {std::move(objects), {quad_ellipsoid_mesh(3, Eigen::Vector3d::Constant(radius)), cloth}};
 }
 
@@ -418,10 +388,7 @@ TEST(Together, AStartInsideABodyIsNamed) {
     std::vector<SurfaceMesh> meshes{ball_at({0, 0, 0})};
     if (!alone) {
       make_touching(objects.emplace_back("cloth").options, folder / "two");
-      meshes.push_back(grid_mesh(2, 2, 0.01));
-      for (Eigen::Vector3d& point : meshes.back().points) {
-        point.x() -= 1;
-      }
+      meshes.push_back(moved(grid_mesh(2, 2, 0.01), {-1, 0, 0}));
     }
     const auto inside =
         std::count_if(meshes[0].points.begin(), meshes[0].points.end(),
@@ -449,11 +416,7 @@ TEST(Together, LipsOfCracksOpen) {
   strip.pins["left"].box = {-1, -1, -1, 1e-6, 1, 1};
   strip.pins["right"].box = {0.06 - 1e-6, -1, -1, 1, 1, 1};
   strip.pins["right"].velocity = {1, 0, 0};
-  SurfaceMesh above = grid_mesh(6, 4, 0.01);
-  for (Eigen::Vector3d& point : above.points) {
-    point.z() += gap;
-  }
-  Scene scene(std::move(objects), {grid_mesh(6, 4, 0.01), above});
+  Scene scene(std::move(objects), {grid_mesh(6, 4, 0.01), moved(grid_mesh(6, 4, 0.01), {0, 0, gap})});
   const PetscInt corners = 7 * 5;
   const PetscInt whole = scene.object(0).surface().particles.global;
   for (int n = 0; n < 20 && scene.object(0).surface().particles.global == whole; ++n) {
