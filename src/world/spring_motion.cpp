@@ -72,7 +72,7 @@ class SpringMotion : public SheetMotion {
 
  private:
   SheetInput input(double h) const;
-  void set_stiffness_factors();
+  void set_burnt();
   void begin_acceleration();
   void write_end(Field& position) const;
 
@@ -152,12 +152,13 @@ void SpringMotion::update_derived() {
   SheetMotion::update_derived();
   start_.values() = state_.position.values();
   mass_.assign(mass(), mass() + sheet_.particles.local());
-  set_stiffness_factors();
+  set_burnt();
   springs_->set_shape(input(options_.time.step));
 }
 
-/// Char is softer, linearly in the fraction that has burnt.
-void SpringMotion::set_stiffness_factors() {
+/// Sets what follows from the burnt fractions. Char is softer, linearly in the fraction that has burnt.
+void SpringMotion::set_burnt() {
+  set_volume_ratios(volume_ratio_, sheet_, state_.burning->mass, options_.combustion);
   stiffness_factor_.assign(sheet_.particles.local(), 1);
   for (std::size_t i = 0; i < stiffness_factor_.size() && options_.combustion.char_stiffness != 1; ++i) {
     stiffness_factor_[i] +=
@@ -224,8 +225,7 @@ void SpringMotion::begin_acceleration() {
   y_v_.values() = start_.values() - start_velocity_.values() / integrator_.rate(h_);
   state_.acceleration->values().setZero();
   set_drag(0);
-  set_volume_ratios(volume_ratio_, sheet_, state_.burning->mass, options_.combustion);
-  set_stiffness_factors();
+  set_burnt();
   if (body_contact_ != nullptr) {
     body_contact_->set_surface(constrained_, state_.active_triangles());
     body_contact_->begin_step(start_, state_.time, h_);
@@ -255,8 +255,7 @@ void SpringMotion::write_end(Field& position) const {
 }
 
 StageResult SpringMotion::begin_balance(Step& step) {
-  set_volume_ratios(volume_ratio_, sheet_, state_.burning->mass, options_.combustion);
-  set_stiffness_factors();
+  set_burnt();
   if (is_static()) {
     holding_.assign(mass_.size(), springs_->holding_stiffness() * h_ * h_);
   }

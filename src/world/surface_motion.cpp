@@ -77,11 +77,9 @@ Eigen::Matrix3Xd SurfaceMotion::gas_forces_at_start() {
 }
 
 Kinematics SurfaceMotion::start_of(PetscInt i) const {
-  Kinematics start{start_velocity_.vector(i), Eigen::Vector3d::Zero()};
-  if (state_.acceleration != nullptr) {
-    start.acceleration = state_.acceleration->vector(i);
-  }
-  return start;
+  const Field* acceleration = state_.acceleration;
+  return {start_velocity_.vector(i),
+          acceleration != nullptr ? Eigen::Vector3d(acceleration->vector(i)) : Eigen::Vector3d::Zero()};
 }
 
 double SurfaceMotion::find_end(const std::vector<bool>& held) {

@@ -305,8 +305,7 @@ void WallMotion::report(Report& report, const Step& step) const {
                                    elements_.energy(state_.position, state_.thickness_ratio) +
                                        (bending_ ? bending_->energy(state_.position, state_.thickness_ratio) : 0)};
   // The largest values, and the negatives of the least, of thickness, thickness ratio and an element's volume ratio.
-  std::array<double, 6> maxima;
-  maxima.fill(-HUGE_VAL);
+  Eigen::Array<double, 3, 2> maxima = Eigen::Array<double, 3, 2>::Constant(-HUGE_VAL);
   for (PetscInt e = 0; e < membrane_.elements.owned; ++e) {
     if (elements_.stiffness(e) == 0) {
       continue;
@@ -314,24 +313,22 @@ void WallMotion::report(Report& report, const Step& step) const {
     const double ratio = state_.thickness_ratio[e];
     const auto [e12, e13] = edges_of(state_.position.data(), membrane_.triangles[e]);
     const double area = e12.cross(e13).norm() / 2;
-    const std::array<double, 3> values{wall_.thickness[e] * ratio, ratio, ratio * area / wall_.rest[e].area};
-    for (std::size_t k = 0; k < values.size(); ++k) {
-      maxima[2 * k] = std::max(maxima[2 * k], values[k]);
-      maxima[2 * k + 1] = std::max(maxima[2 * k + 1], -values[k]);
-    }
+    const Eigen::Array3d values(wall_.thickness[e] * ratio, ratio, ratio * area / wall_.rest[e].area);
+    maxima.col(0) = maxima.col(0).max(values);
+    maxima.col(1) = maxima.col(1).max(-values);
   }
   const auto [volume, energy] = sum_over_ranks(membrane_.comm(), sums);
-  maxima = max_over_ranks(membrane_.comm(), maxima);
-  if (maxima[0] < 0) {  // Nothing is left.
-    maxima.fill(0);
+  max_over_ranks(membrane_.comm(), maxima);
+  if (maxima(0, 0) < 0) {  // Nothing is left.
+    maxima.setZero();
   }
   report.add("rubber_volume_ratio", "", volume / rubber_volume_);
-  report.add("thickness_min", "m", -maxima[1]);
-  report.add("thickness_max", "m", maxima[0]);
-  report.add("thickness_ratio_min", "", -maxima[3]);
-  report.add("thickness_ratio_max", "", maxima[2]);
-  report.add("element_volume_ratio_min", "", -maxima[5]);
-  report.add("element_volume_ratio_max", "", maxima[4]);
+  report.add("thickness_min", "m", -maxima(0, 1));
+  report.add("thickness_max", "m", maxima(0, 0));
+  report.add("thickness_ratio_min", "", -maxima(1, 1));
+  report.add("thickness_ratio_max", "", maxima(1, 0));
+  report.add("element_volume_ratio_min", "", -maxima(2, 1));
+  report.add("element_volume_ratio_max", "", maxima(2, 0));
   report.add("inverted_elements", "", static_cast<double>(step.inverted));
   report.add("newton_iterations", "", step.newton_iterations);
   report.add("linear_iterations", "", step.motion_iterations);
