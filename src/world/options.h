@@ -65,16 +65,10 @@ struct ForceOptions {
 void describe(OptionTable& table, ForceOptions& options);
 
 enum class ChainKind { burn, inflate };
-inline const std::vector<std::string>& names_of(ChainKind) {
-  static const std::vector<std::string> names{"burn", "inflate"};
-  return names;
-}
+inline std::vector<std::string> names_of(ChainKind) { return {"burn", "inflate"}; }
 
 enum class Dynamics { projection, spring, elastic };
-inline const std::vector<std::string>& names_of(Dynamics) {
-  static const std::vector<std::string> names{"projection", "spring", "elastic"};
-  return names;
-}
+inline std::vector<std::string> names_of(Dynamics) { return {"projection", "spring", "elastic"}; }
 
 /// Everything that a deck can say of a run of one object, or of an object and of the run that it is in.
 struct Options {
