@@ -81,9 +81,7 @@ void together(MPI_Comm comm, const std::function<void()>& work) {
     failed = true;
     message = words_of(failure);
   }
-  int rank = 0;
-  MPI_Comm_rank(comm, &rank);
-  int first_failed = failed ? rank : INT_MAX;
+  int first_failed = failed ? rank_of(comm) : INT_MAX;
   MPI_Allreduce(MPI_IN_PLACE, &first_failed, 1, MPI_INT, MPI_MIN, comm);
   if (first_failed == INT_MAX) {
     return;
@@ -93,10 +91,8 @@ void together(MPI_Comm comm, const std::function<void()>& work) {
 }
 
 void on_root(MPI_Comm comm, const std::function<void()>& work) {
-  int rank = 0;
-  MPI_Comm_rank(comm, &rank);
   together(comm, [&] {
-    if (rank == 0) {
+    if (rank_of(comm) == 0) {
       work();
     }
   });

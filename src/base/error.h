@@ -41,6 +41,20 @@ inline void check(PetscErrorCode code, const char* file = __builtin_FILE(), int 
   }
 }
 
+/// The number of this rank in a communicator. Not collective.
+inline int rank_of(MPI_Comm comm) {
+  int rank = 0;
+  MPI_Comm_rank(comm, &rank);
+  return rank;
+}
+
+/// The number of ranks of a communicator. Not collective.
+inline int ranks_of(MPI_Comm comm) {
+  int ranks = 1;
+  MPI_Comm_size(comm, &ranks);
+  return ranks;
+}
+
 /// Sends the text of one rank to every rank. Collective.
 void broadcast(MPI_Comm comm, std::string& text, int from = 0);
 

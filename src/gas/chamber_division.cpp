@@ -81,7 +81,7 @@ std::optional<Chambers::Division> Chambers::divided(const std::vector<PetscInt>&
   }
   for (std::size_t triangle = 0; triangle < walls.of_triangle.size(); ++triangle) {
     if (const int part = walls.of_triangle[triangle]; part >= 0) {
-      division.numbers[triangle / static_cast<std::size_t>(surface_->triangles_per_element)] = chamber_of_part[part];
+      division.numbers[surface_->element_of_triangle(triangle)] = chamber_of_part[part];
     }
   }
   return division;

@@ -74,12 +74,8 @@ void remove_files(const std::string& folder, const Names& names) {
 }  // namespace
 
 OutputFolder::OutputFolder(MPI_Comm comm, const OutputOptions& options, const RunRecord& record)
-    : comm_(comm), directory_(options.directory), name_(options.name), record_(record) {
+    : comm_(comm), directory_(options.directory), name_(options.name), record_(record), is_root_(rank_of(comm) == 0) {
   options.validate();
-  int rank = 0;
-  MPI_Comm_rank(comm_, &rank);
-  MPI_Comm_size(comm_, &ranks_);
-  is_root_ = rank == 0;
   std::string of_object;  // "(_cloth|_lantern)"
   for (const std::string& object : record_.objects) {
     of_object += (of_object.empty() ? "(_" : "|_") + object;
@@ -216,7 +212,7 @@ bool OutputFolder::is_of_run(const std::string& name) const {
 }
 
 void OutputFolder::check_conflicts() const {
-  const std::map<std::string, std::string> record = record_files(record_, ranks_);
+  const std::map<std::string, std::string> record = record_files(record_, ranks_of(comm_));
   std::vector<std::string> names;
   for (const auto& [name, text] : record) {
     names.push_back(name);
@@ -255,7 +251,7 @@ void OutputFolder::check_conflicts() const {
 }
 
 void OutputFolder::write_record() {
-  const std::map<std::string, std::string> record = record_files(record_, ranks_);
+  const std::map<std::string, std::string> record = record_files(record_, ranks_of(comm_));
   Files texts;
   for (const auto& [name, text] : record) {
     texts[name] = {checksum_of(text)};

@@ -13,7 +13,9 @@
 #include <utility>
 
 #include "base/error.h"
+#include "options/choice.h"
 #include "options/idle_options.h"
+#include "options/spelling.h"
 
 namespace pellicle {
 inline namespace options {
@@ -145,16 +147,13 @@ void refuse_unknown_object(const OptionTable& table, const TypedOption& typed, c
     if (name.compare(0, section.name.size() + 1, section.name + "_") != 0) {
       continue;
     }
-    std::string known;
-    bool names_object = false;
-    for (const auto& object : section.objects) {
-      known += (known.empty() ? "" : ", ") + object.name;
+    const bool names_object = std::any_of(section.objects.begin(), section.objects.end(), [&](const auto& object) {
       const std::string start = section.name + "_" + object.name + "_";
-      names_object = names_object || name.compare(0, start.size(), start) == 0;
-    }
+      return name.compare(0, start.size(), start) == 0;
+    });
     if (!names_object) {
       fail(typed.origin, "no such object; expected one that a deck names in " + section.key + ": " +
-                             (known.empty() ? "there is none" : known));
+                             (section.objects.empty() ? "there is none" : join(names_in(section.objects), ", ")));
     }
   }
 }
@@ -164,12 +163,8 @@ void refuse_unknown_object_of_run(const ObjectTables& tables, const TypedOption&
   if (typed.name.compare(0, 8, "objects_") != 0 || typed.name == "objects_dump") {  // which is PETSc's
     return;
   }
-  std::string known;
-  for (const ObjectTable& object : tables) {
-    known += (known.empty() ? "" : ", ") + object.name;
-  }
-  fail(typed.origin,
-       "no such object; expected one that a deck names in objects: " + (tables.are_named() ? known : "there is none"));
+  fail(typed.origin, "no such object; expected one that a deck names in objects: " +
+                         (tables.are_named() ? join(names_in(tables), ", ") : "there is none"));
 }
 
 /// @param object for which the option is; empty: for all

@@ -13,16 +13,10 @@ ActiveSet::ActiveSet(const Surface& surface)
 
 std::vector<bool> particles_with_springs(const Surface& surface, const ActiveSet& active) {
   std::vector<bool> result(surface.particles.local(), false);
-  for (const Colour colour : all_colours) {
-    const std::vector<std::array<PetscInt, 2>>& ends = surface.of(colour).ends;
-    const std::vector<bool>& lives = active.springs[static_cast<std::size_t>(colour)];
-    for (std::size_t s = 0; s < ends.size(); ++s) {
-      if (lives[s]) {
-        result[ends[s][0]] = true;
-        result[ends[s][1]] = true;
-      }
-    }
-  }
+  for_each_active_spring(surface, active, [&result](const std::array<PetscInt, 2>& ends) {
+    result[ends[0]] = true;
+    result[ends[1]] = true;
+  });
   return result;
 }
 

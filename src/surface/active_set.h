@@ -22,6 +22,19 @@ struct ActiveSet {
   std::vector<bool> cracked;
 };
 
+/// Calls `take` with the ends of each active local spring.
+template <class Take>
+void for_each_active_spring(const Surface& surface, const ActiveSet& active, const Take& take) {
+  for (std::size_t colour = 0; colour < all_colours.size(); ++colour) {
+    const std::vector<std::array<PetscInt, 2>>& ends = surface.springs[colour].ends;
+    for (std::size_t s = 0; s < ends.size(); ++s) {
+      if (active.springs[colour][s]) {
+        take(ends[s]);
+      }
+    }
+  }
+}
+
 /// Whether each local particle has an active local spring; all springs of owned particles are local. Not collective.
 std::vector<bool> particles_with_springs(const Surface& surface, const ActiveSet& active);
 

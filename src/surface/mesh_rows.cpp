@@ -67,13 +67,11 @@ MeshRows own_rows_of(const SurfaceMesh& mesh) {
 }  // namespace
 
 MeshRows rows_of(MPI_Comm comm, const SurfaceMesh& mesh) {
-  int rank = 0;
-  MPI_Comm_rank(comm, &rank);
   MeshRows rows;
   std::vector<std::string> names;  // of the groups
   Groups vertices;
   Groups cells;
-  if (rank == 0) {
+  if (rank_of(comm) == 0) {
     rows = own_rows_of(mesh);
     for (const auto& [name, members] : mesh.groups) {
       names.push_back(name);
