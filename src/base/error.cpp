@@ -72,6 +72,18 @@ void broadcast(MPI_Comm comm, std::string& text, int from) {
   MPI_Bcast(text.data(), length, MPI_CHAR, from, comm);
 }
 
+void broadcast(MPI_Comm comm, std::vector<std::string>& texts) {
+  std::string joined;
+  for (const std::string& text : texts) {
+    joined += text + '\0';
+  }
+  broadcast(comm, joined);
+  texts.clear();
+  for (std::size_t begin = 0; begin < joined.size(); begin = joined.find('\0', begin) + 1) {
+    texts.emplace_back(joined.c_str() + begin);
+  }
+}
+
 void together(MPI_Comm comm, const std::function<void()>& work) {
   std::string message;
   bool failed = false;

@@ -5,6 +5,7 @@
 #include <functional>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace pellicle {
 inline namespace base {
@@ -57,6 +58,8 @@ inline int ranks_of(MPI_Comm comm) {
 
 /// Sends the text of one rank to every rank. Collective.
 void broadcast(MPI_Comm comm, std::string& text, int from = 0);
+/// Sends the texts of rank 0, in which no byte is zero, to every rank. Collective.
+void broadcast(MPI_Comm comm, std::vector<std::string>& texts);
 
 /// Runs `work`, which is not collective, on every rank; if it throws on any rank, every rank throws the Error of the
 /// lowest such rank. Collective. For input handling that may fail on some ranks only.

@@ -8,7 +8,6 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <iterator>
 #include <set>
 #include <sstream>
@@ -26,12 +25,6 @@ namespace fs = std::filesystem;
 
 const char* const list_name = "run_files.txt";
 const char* const parts_name = "run.part";
-
-/// Text of a file; empty if it cannot be read.
-std::string text_of_file(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return std::string((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-}
 
 /// Whether a name can be that of a file of a run, in the folder or in a subfolder.
 bool is_inside(const std::string& name) {
@@ -240,7 +233,8 @@ void OutputFolder::check_conflicts() const {
     if (sums.empty() || !is_file_inside(directory_, name)) {
       continue;
     }
-    const std::string text = text_of_file(path(name));
+    const OpenFile file(path(name), O_RDONLY);
+    const std::string text = file.is_open() ? file.text() : "";
     const auto written = record.find(name);
     const bool stays = written != record.end() && written->second == text;
     if (!stays && std::find(sums.begin(), sums.end(), checksum_of(text)) == sums.end()) {

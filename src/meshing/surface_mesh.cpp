@@ -55,8 +55,7 @@ void renumber(std::map<std::string, std::vector<int>>& groups, const std::vector
         members.push_back(target[member]);
       }
     }
-    members = without_repeats(std::move(members));
-    entry.second = std::move(members);
+    entry.second = without_repeats(std::move(members));
   }
 }
 
