@@ -12,13 +12,13 @@
 #include "constraints/pins.h"
 #include "contact/body_contact.h"
 #include "equilibrium/time_scheme.h"
+#include "io/texture.h"
 #include "surface/sheet.h"
 #include "surface/weave_strain.h"
 #include "world/gas_stage.h"
 #include "world/options.h"
 #include "world/stage.h"
 #include "world/state.h"
-#include "world/textures.h"
 
 namespace pellicle {
 inline namespace world {

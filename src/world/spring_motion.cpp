@@ -15,9 +15,9 @@
 #include "energies/vertex_potential.h"
 #include "equilibrium/gas_filled_part.h"
 #include "equilibrium/path_part.h"
+#include "io/texture.h"
 #include "parallel/collective.h"
 #include "world/sheet_motion.h"
-#include "world/textures.h"
 
 namespace pellicle {
 inline namespace world {

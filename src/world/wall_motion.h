@@ -14,6 +14,7 @@
 #include "equilibrium/gas_filled_part.h"
 #include "equilibrium/path_part.h"
 #include "equilibrium/wall_part.h"
+#include "io/texture.h"
 #include "prism/prism_elements.h"
 #include "prism/volume_preservation.h"
 #include "prism/wall_bending.h"
@@ -21,7 +22,6 @@
 #include "world/options.h"
 #include "world/stage.h"
 #include "world/state.h"
-#include "world/textures.h"
 
 namespace pellicle {
 inline namespace world {
