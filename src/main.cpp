@@ -150,8 +150,7 @@ int main(int argc, char** argv) {
       std::this_thread::sleep_for(std::chrono::seconds(1));
     }
     std::cout << std::flush;
-    int ranks = 1;
-    MPI_Comm_size(MPI_COMM_WORLD, &ranks);
+    const int ranks = ranks_of(MPI_COMM_WORLD);
     std::cerr << ("pellicle: " + (ranks > 1 ? "rank " + std::to_string(rank) + ": " : "") + words_of(failure) + "\n")
               << std::flush;
     if (ranks > 1) {

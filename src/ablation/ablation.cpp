@@ -31,7 +31,7 @@ SpringState spring_state(double level_0, double level_1) {
 bool Ablation::burn_away(ActiveSet& active, const std::vector<double>& level) {
   const auto has_burnt = [&level](PetscInt particle) { return level[particle] < 0; };
   bool died = false;
-  for (PetscInt t = 0; t < owned_triangles(); ++t) {
+  for (PetscInt t = 0; t < surface_.owned_triangles(); ++t) {
     const auto& [a, b, c] = surface_.triangles[t];
     if (active.triangles[t] && has_burnt(a) && has_burnt(b) && has_burnt(c)) {
       active.triangles[t] = false;
@@ -100,7 +100,7 @@ bool Ablation::spread(ActiveSet& active, bool died) {
 
 std::vector<bool> Ablation::particles_with_surface(const ActiveSet& active) const {
   std::vector<std::array<bool, 1>> flags(surface_.particles.local());
-  for (PetscInt t = 0; t < owned_triangles(); ++t) {
+  for (PetscInt t = 0; t < surface_.owned_triangles(); ++t) {
     for (const PetscInt particle : surface_.triangles[t]) {
       flags[particle][0] |= active.triangles[t];
     }

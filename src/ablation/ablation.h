@@ -55,7 +55,6 @@ class Ablation {
  private:
   /// A flag for each surface triangle, or each side, of an element.
   using ElementFlags = std::array<bool, 4>;
-  PetscInt owned_triangles() const { return surface_.triangles_per_element * surface_.elements.owned; }
 
   /// Sends the active triangles and sides of owned elements, and then the active owned springs, to other ranks.
   /// @param died whether a triangle of this rank's elements has died

@@ -8,20 +8,13 @@
 
 #include "base/noise.h"
 #include "base/units.h"
-#include "geometry/quad_area.h"
 #include "parallel/collective.h"
+#include "surface/drawn_places.h"
 
 namespace pellicle {
 inline namespace ablation {
 
 namespace {
-
-/// A vector along the normal of a local element.
-Eigen::Vector3d normal_of(const Surface& surface, const Field& position, std::size_t element) {
-  const auto corner = [&](std::size_t k) { return position.vector(surface.corner(element, k)); };
-  return surface.has_quads() ? quad_area_vector(corner(0), corner(1), corner(2), corner(3))
-                             : Eigen::Vector3d((corner(1) - corner(0)).cross(corner(2) - corner(0)));
-}
 
 /// Number of parts, none longer than a quarter, into which a length in units of the field's is divided; at most 32,
 /// since the least of so many nearly independent numbers is close to -1.
@@ -180,7 +173,8 @@ double Cracks::overload(const CrackInput& input, std::size_t blue) const {
       return 0;
     }
     const std::size_t element = surface_.element_of_side(side);
-    const Eigen::Vector3d normal = along.cross(normal_of(surface_, input.position, element)).stableNormalized();
+    const Eigen::Vector3d normal =
+        along.cross(element_area_vector(surface_, input.position.data(), element)).stableNormalized();
     stress += input.stress[element] / 2;
     across += normal.dot(input.stress[element] * normal) / 2;
   }

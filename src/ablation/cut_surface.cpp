@@ -29,12 +29,6 @@ class Cutter {
   PetscInt id(PetscInt particle) const { return surface_.persistent_id[particle]; }
   double level(PetscInt particle) const { return level_[particle]; }
   bool is_centre(PetscInt particle) const { return surface_.is_lattice[particle]; }
-  std::size_t triangles() const {
-    return static_cast<std::size_t>(surface_.triangles_per_element * surface_.elements.owned);
-  }
-  std::size_t element_of(std::size_t triangle) const {
-    return triangle / static_cast<std::size_t>(surface_.triangles_per_element);
-  }
 
   /// Number of the cut point between two particles, or of the uncut point if they are the same; -1: none.
   PetscInt& number_of(PetscInt from, PetscInt to) {
@@ -61,11 +55,11 @@ class Cutter {
 
 void Cutter::add_uncut_points() {
   for (const bool centres : {false, true}) {
-    for (std::size_t t = 0; t < triangles(); ++t) {
+    for (PetscInt t = 0; t < surface_.owned_triangles(); ++t) {
       for (const PetscInt particle : surface_.triangles[t]) {
         if (active_.triangles[t] && level(particle) >= 0 && number_of(particle, particle) < 0 &&
             is_centre(particle) == centres) {
-          number_of(particle, particle) = add_point(element_of(t), particle, particle, 0);
+          number_of(particle, particle) = add_point(surface_.element_of_triangle(t), particle, particle, 0);
         }
       }
     }
@@ -96,7 +90,7 @@ PetscInt Cutter::add_point(std::size_t element, PetscInt from, PetscInt to, doub
 }
 
 void Cutter::draw(std::size_t triangle) {
-  const std::size_t element = element_of(triangle);
+  const std::size_t element = surface_.element_of_triangle(triangle);
   const std::array<PetscInt, 3>& particles = surface_.triangles[triangle];
   const KeptPart part = marching_triangle({level(particles[0]), level(particles[1]), level(particles[2])});
   for (PetscInt t = 0; t < part.count; ++t) {
@@ -121,8 +115,7 @@ void Cutter::draw(std::size_t triangle) {
 /// Sets which rank counts each point: of those that draw it the one with the element of the least id. Collective.
 void Cutter::find_owners() {
   MPI_Comm comm = surface_.comm();
-  int ranks = 1;
-  MPI_Comm_size(comm, &ranks);
+  const int ranks = ranks_of(comm);
   // If another rank draws a point, all its particles are ghosts, here or there.
   std::vector<std::array<bool, 1>> is_shared(level_.size(), {true});
   std::fill_n(is_shared.begin(), surface_.particles.owned, std::array{false});
@@ -162,10 +155,10 @@ void Cutter::find_owners() {
 DrawnSurface Cutter::draw() {
   drawn_.points.reserve(number_.size());
   least_element_.reserve(number_.size());
-  drawn_.triangles.reserve(triangles());
-  drawn_.elements.reserve(triangles());
+  drawn_.triangles.reserve(surface_.owned_triangles());
+  drawn_.elements.reserve(surface_.owned_triangles());
   add_uncut_points();
-  for (std::size_t t = 0; t < triangles(); ++t) {
+  for (PetscInt t = 0; t < surface_.owned_triangles(); ++t) {
     if (active_.triangles[t]) {
       draw(t);
     }
@@ -183,8 +176,7 @@ DrawnSurface cut_surface(const Surface& surface, const ActiveSet& active, const 
 double largest_drawn(const Surface& surface, const ActiveSet& active, const std::vector<double>& level,
                      const double* values) {
   double largest = 0;
-  const std::size_t triangles = surface.triangles_per_element * surface.elements.owned;
-  for (std::size_t t = 0; t < triangles; ++t) {
+  for (PetscInt t = 0; t < surface.owned_triangles(); ++t) {
     if (!active.triangles[t]) {
       continue;
     }

@@ -19,14 +19,6 @@ std::array<PetscInt, 5> particles_of(const Sheet& sheet, std::size_t cell) {
   return {corners[0], corners[1], corners[2], corners[3], sheet.lattice[cell]};
 }
 
-Eigen::Vector3d place(const DrawnPoint& point, const Field& positions) {
-  Eigen::Vector3d x = Eigen::Vector3d::Zero();
-  for (std::size_t k = 0; k < 4; ++k) {
-    x += point.weights[k] * positions.vector(point.particles[k]);
-  }
-  return x;
-}
-
 /// Area of the four triangles of a cell.
 double whole_area(const std::array<PetscInt, 4>& corners, const Field& positions) {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
@@ -51,7 +43,7 @@ DrawnShares::DrawnShares(const Sheet& sheet, const ActiveSet& active, const Draw
       drawn_(sheet.particles, 1),
       given_(sheet.particles, 1) {
   for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-    const auto corner = [&](std::size_t k) { return place(surface.points[surface.triangles[t][k]], positions); };
+    const auto corner = [&](std::size_t k) { return at_point(surface.points[surface.triangles[t][k]], positions); };
     area_[surface.elements[t]] += area_vector(corner(0), corner(1), corner(2)).norm();
   }
   for (std::size_t cell = 0; cell < area_.size(); ++cell) {

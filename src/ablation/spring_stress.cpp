@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "geometry/quad_area.h"
+#include "surface/drawn_places.h"
 
 namespace pellicle {
 inline namespace ablation {
@@ -51,14 +51,12 @@ const std::vector<Eigen::Matrix3d>& SpringStress::find(const ActiveSet& active,
     stress_[cell].setZero();
     const double fraction = active_share(active, cell);
     if (fraction > 0) {
-      const auto& corners = sheet_.cells[cell];
       auto sum = stress_[cell].reshaped();
       sum += sums.col(sheet_.lattice[cell]).head<9>();
-      for (const PetscInt corner : corners) {
+      for (const PetscInt corner : sheet_.cells[cell]) {
         sum += fraction / sums(active_cells, corner) * sums.col(corner).head<9>();
       }
-      const auto rest = [&](std::size_t k) { return sheet_.rest.col(corners[k]); };
-      stress_[cell] /= fraction * quad_area_vector(rest(0), rest(1), rest(2), rest(3)).norm();
+      stress_[cell] /= fraction * element_area_vector(sheet_, sheet_.rest.data(), cell).norm();
     }
   }
   return stress_;

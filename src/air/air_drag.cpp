@@ -21,13 +21,12 @@ void AirDrag::begin_step(const AirInput& input) {
   resistance_.assign(owned, Eigen::Matrix3d::Zero());
   impulse_.setZero(3, owned);
   wind_.set_time(input.time_end);
-  const std::size_t per_element = surface_.triangles_per_element;
   for (std::size_t t = 0; t < surface_.triangles.size(); ++t) {
     if (input.active != nullptr && !(*input.active)[t]) {
       continue;
     }
     const std::array<PetscInt, 3>& triangle = surface_.triangles[t];
-    const auto [x0, x1, x2] = DrawnPlaces(surface_, input.position.data(), t / per_element)(triangle);
+    const auto [x0, x1, x2] = places_of_triangle(surface_, input.position.data(), t);
     const Eigen::Vector3d area_vector = (x1 - x0).cross(x2 - x0) / 2;
     const double area = area_vector.norm();
     if (area == 0) {

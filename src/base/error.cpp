@@ -72,6 +72,18 @@ void broadcast(MPI_Comm comm, std::string& text, int from) {
   MPI_Bcast(text.data(), length, MPI_CHAR, from, comm);
 }
 
+void broadcast(MPI_Comm comm, std::vector<std::string>& texts) {
+  std::string joined;
+  for (const std::string& text : texts) {
+    joined += text + '\0';
+  }
+  broadcast(comm, joined);
+  texts.clear();
+  for (std::size_t begin = 0; begin < joined.size(); begin = joined.find('\0', begin) + 1) {
+    texts.emplace_back(joined.c_str() + begin);
+  }
+}
+
 void together(MPI_Comm comm, const std::function<void()>& work) {
   std::string message;
   bool failed = false;
@@ -81,9 +93,7 @@ void together(MPI_Comm comm, const std::function<void()>& work) {
     failed = true;
     message = words_of(failure);
   }
-  int rank = 0;
-  MPI_Comm_rank(comm, &rank);
-  int first_failed = failed ? rank : INT_MAX;
+  int first_failed = failed ? rank_of(comm) : INT_MAX;
   MPI_Allreduce(MPI_IN_PLACE, &first_failed, 1, MPI_INT, MPI_MIN, comm);
   if (first_failed == INT_MAX) {
     return;
@@ -93,10 +103,8 @@ void together(MPI_Comm comm, const std::function<void()>& work) {
 }
 
 void on_root(MPI_Comm comm, const std::function<void()>& work) {
-  int rank = 0;
-  MPI_Comm_rank(comm, &rank);
   together(comm, [&] {
-    if (rank == 0) {
+    if (rank_of(comm) == 0) {
       work();
     }
   });

@@ -5,6 +5,7 @@
 #include <functional>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace pellicle {
 inline namespace base {
@@ -41,8 +42,24 @@ inline void check(PetscErrorCode code, const char* file = __builtin_FILE(), int 
   }
 }
 
+/// The number of this rank in a communicator. Not collective.
+inline int rank_of(MPI_Comm comm) {
+  int rank = 0;
+  MPI_Comm_rank(comm, &rank);
+  return rank;
+}
+
+/// The number of ranks of a communicator. Not collective.
+inline int ranks_of(MPI_Comm comm) {
+  int ranks = 1;
+  MPI_Comm_size(comm, &ranks);
+  return ranks;
+}
+
 /// Sends the text of one rank to every rank. Collective.
 void broadcast(MPI_Comm comm, std::string& text, int from = 0);
+/// Sends the texts of rank 0, in which no byte is zero, to every rank. Collective.
+void broadcast(MPI_Comm comm, std::vector<std::string>& texts);
 
 /// Runs `work`, which is not collective, on every rank; if it throws on any rank, every rank throws the Error of the
 /// lowest such rank. Collective. For input handling that may fail on some ranks only.

@@ -11,6 +11,14 @@ struct StageResult {
   int iterations = 0;  ///< linear iterations, all solves of the stage added
   double error = 0;    ///< the stage's own measure, such as ||C||
   std::string reason;  ///< message if it did not converge
+
+  /// Takes the outcome of a further solve, and adds its iterations. @returns whether it has converged
+  bool add(const StageResult& solved) {
+    iterations += solved.iterations;
+    converged = solved.converged;
+    reason = solved.reason;
+    return converged;
+  }
 };
 
 }  // namespace base

@@ -9,7 +9,6 @@
 #include "geometry/projectors.h"
 #include "options/options.h"
 #include "surface/surface.h"
-#include "surface/symmetry_planes.h"
 
 namespace pellicle {
 inline namespace constraints {

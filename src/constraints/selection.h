@@ -13,10 +13,7 @@ namespace pellicle {
 inline namespace constraints {
 
 enum class Layer { corners, lattice, both };
-inline const std::vector<std::string>& names_of(Layer) {
-  static const std::vector<std::string> names{"corners", "lattice", "both"};
-  return names;
-}
+inline std::vector<std::string> names_of(Layer) { return {"corners", "lattice", "both"}; }
 
 /// Selection of particles in a deck, for pins, attachments and forces. Several selectors add up.
 struct SelectionOptions {

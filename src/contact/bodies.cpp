@@ -83,15 +83,9 @@ RigidMotion motion_of(const BodyOptions& options) {
 
 }  // namespace
 
-const std::vector<std::string>& names_of(BodyShape) {
-  static const std::vector<std::string> names = [] {
-    std::vector<std::string> all;
-    for (const ShapeKind& kind : shape_kinds()) {
-      all.push_back(kind.name);
-    }
-    all.push_back("mesh");
-    return all;
-  }();
+std::vector<std::string> names_of(BodyShape) {
+  std::vector<std::string> names = names_in(shape_kinds());
+  names.push_back("mesh");
   return names;
 }
 
@@ -232,16 +226,15 @@ std::string particles_inside(const std::vector<Body>& bodies, double time, const
 
 std::string triangles_inside(const std::vector<Body>& bodies, double time, const Surface& surface,
                              const Field& positions, const std::vector<bool>& constrained, double least) {
-  const std::size_t per_element = surface.triangles_per_element;
   const PetscInt all = surface.elements.global * surface.triangles_per_element;
   const auto is_held = [&constrained](PetscInt i) { return constrained[i]; };
   return first_with_any(surface.comm(), bodies, least, all, "triangles", [&](const Body& body, double counts_from) {
     const Solid solid = body.at(time);
     std::vector<double> depths;
-    for (std::size_t t = 0; t < surface.elements.owned * per_element; ++t) {
+    for (PetscInt t = 0; t < surface.owned_triangles(); ++t) {
       const std::array<PetscInt, 3>& corners = surface.triangles[t];
       if (std::none_of(corners.begin(), corners.end(), is_held)) {
-        const auto at = DrawnPlaces(surface, positions.data(), t / per_element)(corners);
+        const auto at = places_of_triangle(surface, positions.data(), t);
         if (const auto deepest = deepest_point(solid, at, 0, 0.1 * counts_from)) {
           depths.push_back(-deepest->gap.distance);
         }

@@ -18,7 +18,7 @@ inline namespace contact {
 
 /// Shape of a body: the number of its kind among shape_kinds(), or the number behind the last one for a mesh.
 enum class BodyShape : int {};
-const std::vector<std::string>& names_of(BodyShape);
+std::vector<std::string> names_of(BodyShape);
 
 /// How a body acts on what touches it.
 struct BodyLaws {

@@ -56,13 +56,11 @@ BodyContact::BodyContact(const Surface& surface, const std::map<std::string, Bod
       element_area_(surface.elements.local(), 0),
       pressed_(sweep_.bodies().size()),
       hessian_(surface.particles.owned, Eigen::Matrix3d::Zero()) {
-  const std::size_t per_element = surface.triangles_per_element;
   const std::array<double, 3> shares = surface.point_shares();
   for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-    const std::size_t element = t / per_element;
-    const auto corners = DrawnPlaces(surface, surface.rest.data(), element)(surface.triangles[t]);
+    const auto corners = places_of_triangle(surface, surface.rest.data(), t);
     const double of_triangle = (corners[1] - corners[0]).cross(corners[2] - corners[0]).norm() / 2;
-    element_area_[element] += of_triangle;
+    element_area_[surface.element_of_triangle(t)] += of_triangle;
     for (std::size_t k = 0; k < 3; ++k) {
       area_[surface.triangles[t][k]] += shares[k] * of_triangle;
     }
@@ -304,7 +302,7 @@ std::vector<BodyContact::ElementPoint> BodyContact::find_points(const Field& x, 
 BodyContact::ElementPoint BodyContact::point_of(std::size_t body, std::size_t triangle) const {
   ElementPoint point;
   point.body = body;
-  point.element = static_cast<PetscInt>(triangle / static_cast<std::size_t>(surface_.triangles_per_element));
+  point.element = static_cast<PetscInt>(surface_.element_of_triangle(triangle));
   point.stiffness = stiffness_ * element_area_[point.element] / static_cast<double>(surface_.triangles_per_element);
   point.particles = corners_of(surface_, point.element);
   return point;

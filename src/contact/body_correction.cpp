@@ -73,7 +73,7 @@ bool BodyCorrection::correct_triangles(Field& positions, const ContactStep& step
     }
     has_any = true;
     push_particles(positions, step);
-    has_moved.assign(step.particles.local(), false);
+    has_moved.assign(surface_.particles.local(), false);
     for (Eigen::Index i = 0; i < before.cols(); ++i) {
       has_moved[i] = before.col(i) != values.col(i);
     }
@@ -108,7 +108,7 @@ void BodyCorrection::add_force(std::size_t body, PetscInt particle, const Eigen:
 void BodyCorrection::push_particles(Field& positions, const ContactStep& step) {
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     const Solid& solid = sweep_.after(b);
-    for (PetscInt i = 0; i < step.particles.local(); ++i) {
+    for (PetscInt i = 0; i < surface_.particles.local(); ++i) {
       auto x = positions.vector(i);
       const SignedDistance gap = signed_distance(solid, x);
       if (gap.distance >= bodies_[b].margin || step.pinned[i]) {
@@ -116,7 +116,7 @@ void BodyCorrection::push_particles(Field& positions, const ContactStep& step) {
       }
       const Eigen::Vector3d before = x;
       x = corrected(b, gap, bodies_[b].margin, step.start.vector(i), before);
-      if (i < step.particles.owned) {
+      if (i < surface_.particles.owned) {
         add_force(b, i, x - before, step);
       }
     }
@@ -155,7 +155,7 @@ void BodyCorrection::correct_velocities(Field& velocities, const Field& position
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     const Body& body = bodies_[b];
     const Solid& solid = sweep_.after(b);
-    for (PetscInt i = 0; i < step.particles.local(); ++i) {
+    for (PetscInt i = 0; i < surface_.particles.local(); ++i) {
       const SignedDistance gap = signed_distance(solid, positions.vector(i));
       if (gap.distance > body.margin + touching || step.pinned[i]) {
         continue;
@@ -174,7 +174,7 @@ void BodyCorrection::correct_velocities(Field& velocities, const Field& position
       const Eigen::Vector3d corrected =
           body_velocity + rebound * gap.normal +
           slip_after_friction(along_surface(relative, gap.normal), body.friction * approach);
-      if (i < step.particles.owned) {
+      if (i < surface_.particles.owned) {
         force_[b] -= step.mass[i] / step.h * (corrected - velocities.vector(i));
       }
       velocities.vector(i) = corrected;
@@ -228,14 +228,14 @@ std::vector<BodyLoad> BodyCorrection::loads(const Field& positions, const Contac
   std::vector<BodyLoad> loads;
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     BodyLoad load{force_[b], triangle_gap_[b]};
-    for (PetscInt i = 0; i < step.particles.owned; ++i) {
+    for (PetscInt i = 0; i < surface_.particles.owned; ++i) {
       if (!step.pinned[i]) {
         const SignedDistance gap = signed_distance(sweep_.after(b), positions.vector(i));
         load.gap = std::min(load.gap, gap.distance - bodies_[b].margin);
       }
     }
-    sum_over_ranks(step.particles.comm, load.force);
-    load.gap = min_over_ranks(step.particles.comm, load.gap);
+    sum_over_ranks(surface_.particles.comm, load.force);
+    load.gap = min_over_ranks(surface_.particles.comm, load.gap);
     loads.push_back(load);
   }
   return loads;

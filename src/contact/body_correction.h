@@ -12,7 +12,6 @@ inline namespace contact {
 
 /// Data of a step for contact with bodies.
 struct ContactStep {
-  const Layout& particles;
   const Field& start;               ///< positions at the beginning of the step [m], ghosts up to date
   const std::vector<bool>& pinned;  ///< of each local particle; pinned ones are not moved
   double time_end = 0;              ///< at the end of the step [s]

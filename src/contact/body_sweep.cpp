@@ -15,11 +15,6 @@ namespace {
 constexpr double surface_gap = 0.7;
 constexpr double least_free = 0.1;  ///< least weight of free particles in a point that can move it
 
-double longest_side(const std::array<Eigen::Vector3d, 3>& corners) {
-  return std::max(
-      {(corners[1] - corners[0]).norm(), (corners[2] - corners[1]).norm(), (corners[0] - corners[2]).norm()});
-}
-
 /// Largest displacement of a local particle [m].
 double farthest_way(const Field& from, const Field& to) {
   const Field::ConstValues a = from.values();
@@ -30,7 +25,7 @@ double farthest_way(const Field& from, const Field& to) {
 }  // namespace
 
 PointWeights weights_of(const Surface& surface, std::size_t triangle, const Eigen::Vector3d& weights) {
-  PointWeights result{corners_of(surface, triangle / static_cast<std::size_t>(surface.triangles_per_element)),
+  PointWeights result{corners_of(surface, surface.element_of_triangle(triangle)),
                       {weights[0], weights[1], weights[2], 0}};
   if (surface.has_quads()) {
     result.weights.fill(weights[2] / 4);
@@ -89,9 +84,7 @@ void BodySweep::begin_step(const Field& start, double time_end, double h) {
   start_.values() = start.values();
   longest_side_ = 0;
   for (std::size_t t = 0; t < surface_.triangles.size() && !bodies_.empty(); ++t) {
-    const std::size_t element = t / static_cast<std::size_t>(surface_.triangles_per_element);
-    const auto at = DrawnPlaces(surface_, start_.data(), element)(surface_.triangles[t]);
-    longest_side_ = std::max(longest_side_, longest_side(at));
+    longest_side_ = std::max(longest_side_, longest_side(places_of_triangle(surface_, start_.data(), t)));
   }
   set_time(time_end, h);
 }
@@ -141,14 +134,14 @@ double BodySweep::least_gap(std::size_t body, const Solid& solid, std::size_t el
 
 /// The deepest point of a triangle, if the triangle is active, not constrained, and nearer to a body than `below`.
 std::optional<DeepestPoint> BodySweep::deepest_near(std::size_t body, const Solid& solid, std::size_t triangle,
-                                                    const std::array<Eigen::Vector3d, 3>& at, double below) const {
+                                                    const Triangle& at, double below) const {
   if (!active_.empty() && !active_[triangle]) {
     return std::nullopt;
   }
   const double margin = bodies_[body].margin;
   std::optional<DeepestPoint> found = deepest_point(solid, at, below + margin, gap_error * thickness_);
   if (found && found->gap.distance - margin < below) {
-    const auto particles = corners_of(surface_, triangle / static_cast<std::size_t>(surface_.triangles_per_element));
+    const auto particles = corners_of(surface_, surface_.element_of_triangle(triangle));
     if (!std::all_of(particles.begin(), particles.end(), [this](PetscInt i) { return is_held(i); })) {
       return found;
     }
@@ -216,27 +209,24 @@ std::vector<double> BodySweep::safe_shares(std::size_t body, const Field& from, 
           length, [&](double fraction) { return signed_distance(solid, between(a, b, fraction)).distance - margin; });
     }
   }
-  const std::size_t per_element = surface_.triangles_per_element;
   for (std::size_t t = 0; t < surface_.triangles.size(); ++t) {
     if (start_gap(body, surface_.triangles[t][0]) >= farthest || (!active_.empty() && !active_[t])) {
       continue;
     }
-    const std::size_t element = t / per_element;
-    const std::array<PetscInt, 3>& corners = surface_.triangles[t];
-    const std::array<Eigen::Vector3d, 3> a = DrawnPlaces(surface_, from.data(), element)(corners);
-    const std::array<Eigen::Vector3d, 3> b = DrawnPlaces(surface_, to.data(), element)(corners);
+    const Triangle a = places_of_triangle(surface_, from.data(), t);
+    const Triangle b = places_of_triangle(surface_, to.data(), t);
     const double length = std::max({(b[0] - a[0]).norm(), (b[1] - a[1]).norm(), (b[2] - a[2]).norm()});
-    if (length <= least_gap(corners[0]) - longest_side(a) + middle ||
+    if (length <= least_gap(surface_.triangles[t][0]) - longest_side(a) + middle ||
         (!at_surface && !deepest_point(solid, a, length - middle + margin, rounding))) {
       continue;
     }
     const double fraction = trace(length, [&](double displacement) {
-      const std::array<Eigen::Vector3d, 3> at{between(a[0], b[0], displacement), between(a[1], b[1], displacement),
-                                              between(a[2], b[2], displacement)};
+      const Triangle at{between(a[0], b[0], displacement), between(a[1], b[1], displacement),
+                        between(a[2], b[2], displacement)};
       const auto deepest = deepest_point(solid, at, std::numeric_limits<double>::infinity(), rounding);
       return deepest->gap.distance - margin;
     });
-    for (const PetscInt i : corners_of(surface_, element)) {
+    for (const PetscInt i : corners_of(surface_, surface_.element_of_triangle(t))) {
       shares[i] = std::min(shares[i], fraction);
     }
   }

@@ -11,6 +11,7 @@
 #include "energies/vertex_potential.h"
 #include "geometry/deepest_point.h"
 #include "surface/drawn_places.h"
+#include "surface/drawn_surface.h"
 #include "surface/surface.h"
 
 namespace pellicle {
@@ -22,25 +23,8 @@ inline std::array<PetscInt, 4> corners_of(const Surface& surface, std::size_t el
           surface.corner(element, surface.has_quads() ? 3 : 2)};
 }
 
-/// Particles and weights of a point of a surface triangle; unused entries have weight 0.
-struct PointWeights {
-  std::array<PetscInt, 4> particles{};
-  std::array<double, 4> weights{};
-};
-
 /// @param weights barycentric coordinates in the triangle, sum 1
 PointWeights weights_of(const Surface& surface, std::size_t triangle, const Eigen::Vector3d& weights);
-
-/// Value at a point, interpolated from those of the particles (3 x local).
-template <class Values>
-Eigen::Vector3d at_point(const PointWeights& point, const Values& values) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (std::size_t k = 0; k < 4; ++k) {
-    sum += point.weights[k] * values.col(point.particles[k]);
-  }
-  return sum;
-}
-inline Eigen::Vector3d at_point(const PointWeights& point, const Field& x) { return at_point(point, x.values()); }
 
 /// The changes that points of triangles which touch a body need in the place or the velocity of one of their corners.
 struct WantedChange {
@@ -165,7 +149,7 @@ class BodySweep {
   double reach_of(double moved) const { return moved + 2 * (longest_side_ + 2 * moved); }
   double least_gap(std::size_t body, const Solid& solid, std::size_t element, const Field& x) const;
   std::optional<DeepestPoint> deepest_near(std::size_t body, const Solid& solid, std::size_t triangle,
-                                           const std::array<Eigen::Vector3d, 3>& at, double below) const;
+                                           const Triangle& at, double below) const;
   std::vector<double> safe_shares(std::size_t body, const Field& from, const Field& to, bool is_carried,
                                   bool at_surface) const;
   bool shorten(const Field* from, Field& to, bool at_surface, StepLimit how) const;

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <iterator>
-#include <numeric>
 #include <tuple>
 #include <utility>
 
+#include "base/sorting.h"
 #include "parallel/collective.h"
 #include "parallel/route.h"
 
@@ -88,10 +88,8 @@ Box ContactMesh::box(PetscInt element, const Motion& motion) const {
 /// @returns the elements from other ranks, in the order of these
 std::vector<ContactMesh::Element> ContactMesh::receive(const std::vector<Element>& here, std::size_t own,
                                                        const std::vector<Box>& boxes, double margin) const {
-  int rank = 0;
-  MPI_Comm_rank(surface_.comm(), &rank);
-  std::vector<std::size_t> order(boxes.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
+  const int rank = rank_of(surface_.comm());
+  auto order = numbers_up_to<std::size_t>(boxes.size());
   std::vector<Box> patches;
   add_patches(boxes, order.begin(), order.end(), patches_of_rank, patches);
   std::vector<RankBox> own_patches;
@@ -143,14 +141,12 @@ bool ContactMesh::gather(const Motion& motion, const Field& start, const std::ve
       boxes.push_back(box(e, motion));
     }
   }
-  int ranks = 1;
-  MPI_Comm_size(surface_.comm(), &ranks);
   double margin = 0;
   if (std::all_of(motion.is_new.begin(), motion.is_new.end(), [](bool is) { return is; })) {
     received_.clear();
     margin = surface_.largest_thickness();  // A triangle that comes later makes all new.
   }
-  if (ranks > 1) {
+  if (ranks_of(surface_.comm()) > 1) {
     std::vector<PetscInt> known_elements = elements.ghost_global;
     for (const Element& element : received_) {
       known_elements.push_back(element.number);
@@ -173,8 +169,7 @@ bool ContactMesh::gather(const Motion& motion, const Field& start, const std::ve
     std::for_each(element.corners.begin(), element.corners.end(), note);
   }
   std::for_each(further.begin(), further.end(), note);
-  std::sort(beyond.begin(), beyond.end());
-  beyond.erase(std::unique(beyond.begin(), beyond.end()), beyond.end());
+  beyond = without_repeats(std::move(beyond));
   reaches_further_ = on_any_rank(surface_.comm(), !beyond.empty());
   const std::vector<PetscInt> old_ghosts = std::move(reach_.ghost_global);
   reach_ = reaches_further_ ? with_ghosts(particles, beyond) : particles;

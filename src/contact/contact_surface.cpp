@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "parallel/collective.h"
+#include "surface/drawn_places.h"
 
 namespace pellicle {
 inline namespace contact {
@@ -51,10 +52,7 @@ ContactSurface::ContactSurface(const std::vector<Part>& parts)
       if (part.has_quads() && part.is_lattice[part.lattice[number]]) {
         element.lattice = particles_.local(p, part.lattice[number]);
       }
-      const auto side = [&](std::size_t from, std::size_t to) {
-        return Eigen::Vector3d(part.rest.col(part.corner(number, to)) - part.rest.col(part.corner(number, from)));
-      };
-      element.area = (part.has_quads() ? side(0, 2).cross(side(1, 3)) : side(0, 1).cross(side(0, 2))).norm() / 2;
+      element.area = element_area_vector(part, part.rest.data(), number).norm();
     }
     set_active(p, std::vector<bool>(part.triangles.size(), true));
   }

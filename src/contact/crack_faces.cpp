@@ -4,6 +4,7 @@
 #include <array>
 #include <map>
 
+#include "base/sorting.h"
 #include "contact/surface_contact.h"
 #include "geometry/triangle_intersection.h"
 #include "parallel/collective.h"
@@ -105,7 +106,6 @@ void move_lips(const CrackedSurface& cracked) {
     number[crack_faces[n].id] = n;
   }
   std::vector<FanTriangle> own;
-  const std::size_t each = surface.triangles_per_element;
   for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
     const std::array<PetscInt, 3>& triangle = surface.triangles[t];
     const std::size_t corners = surface.has_quads() ? 2 : 3;  // A quad's centre is not a corner.
@@ -115,7 +115,7 @@ void move_lips(const CrackedSurface& cracked) {
       if (triangle[k] >= surface.particles.owned || number.count(surface.persistent_id[particle]) == 0) {
         continue;
       }
-      const Triangle at = DrawnPlaces(surface, position.data(), t / each)(triangle);
+      const Triangle at = places_of_triangle(surface, position.data(), t);
       own.push_back({surface.persistent_id[particle],
                      {at[(k + 1) % 3] - at[k], at[(k + 2) % 3] - at[k]},
                      cracked.constrained[particle]});
@@ -151,10 +151,7 @@ std::vector<CrackFace> find_crack_faces(const Surface& surface, const SplitCorne
     crack_faces.push_back({original, original});
     crack_faces.push_back({original, copy.id});
   }
-  crack_faces = of_all_ranks(surface.comm(), crack_faces);
-  std::sort(crack_faces.begin(), crack_faces.end());
-  crack_faces.erase(std::unique(crack_faces.begin(), crack_faces.end()), crack_faces.end());
-  return crack_faces;
+  return without_repeats(of_all_ranks(surface.comm(), crack_faces));
 }
 
 void separate_crack_faces(const std::vector<CrackedSurface>& surfaces) {

@@ -76,11 +76,6 @@ struct Heap {
     const auto [a, b, c] = triangles[triangle];
     return {points[a], points[b], points[c]};
   }
-  bool have_common_point(int first, int second) const {
-    const std::array<int, 3>& a = triangles[first];
-    const std::array<int, 3>& b = triangles[second];
-    return std::find_first_of(a.begin(), a.end(), b.begin(), b.end()) != a.end();
-  }
   /// The pairs of triangles for which a test holds, ascending. @param reach by which their boxes may be apart [m]
   std::vector<NumberPair> pairs(double reach, const std::function<bool(int, int)>& test) const {
     std::vector<Bounds> boxes;
@@ -98,8 +93,9 @@ struct Heap {
     return found;
   }
   std::vector<NumberPair> cuts() const {
-    return pairs(
-        0, [this](int a, int b) { return !have_common_point(a, b) && triangles_intersect(corners(a), corners(b)); });
+    return pairs(0, [this](int a, int b) {
+      return !have_common_point(triangles[a], triangles[b]) && triangles_intersect(corners(a), corners(b));
+    });
   }
 
   std::vector<Eigen::Vector3d> points;
@@ -126,10 +122,7 @@ Crossings found_on_root(MPI_Comm comm, const Find& find) {
 }  // namespace
 
 bool triangles_touch(const Triangle& a, const Triangle& b, double touch) {
-  const auto height = [](const Triangle& t) {
-    const double area = (t[1] - t[0]).cross(t[2] - t[0]).norm();
-    return area / std::max({(t[1] - t[0]).norm(), (t[2] - t[1]).norm(), (t[0] - t[2]).norm()});
-  };
+  const auto height = [](const Triangle& t) { return (t[1] - t[0]).cross(t[2] - t[0]).norm() / longest_side(t); };
   if (!(height(a) > touch && height(b) > touch)) {
     return false;  // A line is in one place with its own neighbours.
   }
@@ -181,7 +174,7 @@ Crossings find_crossings(const std::vector<PlacedSurface>& surfaces, double touc
         const Triangle first = heap.corners(a);
         const Triangle second = heap.corners(b);
         return triangles_touch(first, second, touch) &&
-               (heap.have_common_point(a, b) || !triangles_intersect(first, second));
+               (have_common_point(heap.triangles[a], heap.triangles[b]) || !triangles_intersect(first, second));
       });
       crossings.touching = static_cast<int>(touching.size());
     }

@@ -153,9 +153,7 @@ void SurfaceContact::search(const Field& x, const Field& to) {
   }
   mesh_.write_points(x, places_);
   any_touched_ = renew_contact_pairs(mesh_, places_, near_) || any_touched_;
-  int ranks = 1;
-  MPI_Comm_size(surface_.comm(), &ranks);
-  if (is_first && ranks > 1) {
+  if (is_first && ranks_of(surface_.comm()) > 1) {
     note_load();
   }
   reference_ = places_;

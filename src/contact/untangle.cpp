@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/disjoint_sets.h"
+#include "base/sorting.h"
 #include "contact/crossings.h"
 #include "geometry/box_tree.h"
 #include "geometry/triangle_intersection.h"
@@ -101,8 +102,7 @@ class Edges {
       }
     }
     for (std::vector<int>& list : neighbours_) {
-      std::sort(list.begin(), list.end());
-      list.erase(std::unique(list.begin(), list.end()), list.end());
+      list = without_repeats(std::move(list));
     }
   }
 

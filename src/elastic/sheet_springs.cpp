@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "geometry/quad_area.h"
+#include "geometry/pressure_load.h"
 #include "surface/opposite_sides.h"
 
 namespace pellicle {

@@ -10,7 +10,6 @@
 #include "energies/step_objective.h"
 #include "energies/tangent_factor.h"
 #include "linear/bordered_system.h"
-#include "linear/load_border.h"
 #include "linear/newton.h"
 #include "linear/preconditioner_lag.h"
 

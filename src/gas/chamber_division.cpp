@@ -4,6 +4,7 @@
 #include <set>
 #include <utility>
 
+#include "base/sorting.h"
 #include "gas/chambers.h"
 #include "parallel/collective.h"
 
@@ -33,11 +34,8 @@ Chambers::WallParts Chambers::wall_parts(const std::vector<PetscInt>& piece, con
         chamber >= 0 && here >= 0 && vents(chamber) && !exchange.is_open(chamber) && !exchange.is_part(chamber);
     part_of.push_back(is_part ? Part(chamber, here) : none);
   }
-  const std::set<Part> own(part_of.begin(), part_of.end());
-  const std::vector<Part> gathered = of_all_ranks(surface_->comm(), std::vector<Part>(own.begin(), own.end()));
-  std::set<Part> all(gathered.begin(), gathered.end());
-  all.erase(none);
-  WallParts walls{{all.begin(), all.end()}, {}};
+  WallParts walls{without_repeats(of_all_ranks(surface_->comm(), without_repeats(part_of))), {}};
+  walls.parts.erase(std::remove(walls.parts.begin(), walls.parts.end(), none), walls.parts.end());
   for (const Part& part : part_of) {
     const auto place = std::lower_bound(walls.parts.begin(), walls.parts.end(), part) - walls.parts.begin();
     walls.of_triangle.push_back(part == none ? -1 : static_cast<int>(place));
@@ -81,7 +79,7 @@ std::optional<Chambers::Division> Chambers::divided(const std::vector<PetscInt>&
   }
   for (std::size_t triangle = 0; triangle < walls.of_triangle.size(); ++triangle) {
     if (const int part = walls.of_triangle[triangle]; part >= 0) {
-      division.numbers[triangle / static_cast<std::size_t>(surface_->triangles_per_element)] = chamber_of_part[part];
+      division.numbers[surface_->element_of_triangle(triangle)] = chamber_of_part[part];
     }
   }
   return division;

@@ -31,7 +31,7 @@ int piece_of_vertex(const Surface& surface, const std::string& chamber, int vert
   for (std::size_t triangle = 0; triangle < surface.triangles.size(); ++triangle) {
     for (const PetscInt corner : surface.triangles[triangle]) {
       if (surface.persistent_id[corner] == vertex) {
-        piece = surface.piece[triangle / static_cast<std::size_t>(surface.triangles_per_element)];
+        piece = surface.piece[surface.element_of_triangle(triangle)];
       }
     }
   }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/sorting.h"
 #include "gas/chambers.h"
 #include "geometry/pi.h"
 #include "geometry/pressure_load.h"
@@ -22,7 +23,7 @@ template <class Quantity>
 Eigen::VectorXd sum_over_triangles(const Surface& surface, const Field& positions, const std::vector<int>& number,
                                    int count, Quantity quantity) {
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(count);
-  for (PetscInt triangle = 0; triangle < surface.triangles_per_element * surface.elements.owned; ++triangle) {
+  for (PetscInt triangle = 0; triangle < surface.owned_triangles(); ++triangle) {
     if (number[triangle] >= 0) {
       const auto& [a, b, c] = surface.triangles[triangle];
       sum[number[triangle]] += quantity(positions.vector(a), positions.vector(b), positions.vector(c));
@@ -49,7 +50,6 @@ double jet_thrust(double upstream, double downstream, double gamma) {
 }  // namespace
 
 void Chambers::set_active(const ActiveSet& active) {
-  const std::size_t per_element = surface_->triangles_per_element;
   const std::vector<int> before = std::exchange(chamber_of_triangle_, std::vector<int>(active.triangles.size(), -1));
   std::vector<int> venting(active.triangles.size(), -1);
   has_hole_.assign(chambers_.size(), 0);
@@ -59,7 +59,7 @@ void Chambers::set_active(const ActiveSet& active) {
     }
   };
   for (std::size_t triangle = 0; triangle < active.triangles.size(); ++triangle) {
-    const auto chamber = static_cast<int>(chamber_of_element_[triangle / per_element]);
+    const auto chamber = static_cast<int>(chamber_of_element_[surface_->element_of_triangle(triangle)]);
     if (chamber >= 0 && (active.triangles[triangle] || needs_closed_wall(chamber))) {
       chamber_of_triangle_[triangle] = chamber;
       venting[triangle] = vents(chamber) ? chamber : -1;
@@ -93,8 +93,7 @@ void Chambers::make_gradient_pattern() {
       }
     }
   }
-  std::sort(pairs.begin(), pairs.end());
-  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  pairs = without_repeats(std::move(pairs));
   std::vector<Eigen::Triplet<double>> entries;
   for (const auto& [chamber, particle] : pairs) {
     for (int k = 0; k < 3; ++k) {
@@ -205,7 +204,7 @@ Eigen::SparseMatrix<double> Chambers::volume_gradients(const Field& positions, i
 Eigen::VectorXd Chambers::windings(int chamber, const Field& positions, const std::vector<int>& number_of_triangle,
                                    int count) const {
   Eigen::Vector4d sum = Eigen::Vector4d::Zero();  // of places, of how many
-  for (PetscInt triangle = 0; triangle < owned_triangles(); ++triangle) {
+  for (PetscInt triangle = 0; triangle < surface_->owned_triangles(); ++triangle) {
     if (chamber_of_triangle_[triangle] == chamber) {
       for (const PetscInt corner : surface_->triangles[triangle]) {
         sum.head<3>() += positions.vector(corner);
@@ -264,7 +263,7 @@ ChamberWalls Chambers::walls(const GasExchange& exchange, const Field& positions
 std::vector<Chambers::UnevenPressure> Chambers::uneven_pressures(const GasExchange& exchange, const Field& positions,
                                                                  const Eigen::Vector3d& gravity, double time) const {
   Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(4, count());  // area, area times place
-  for (PetscInt triangle = 0; triangle < owned_triangles(); ++triangle) {
+  for (PetscInt triangle = 0; triangle < surface_->owned_triangles(); ++triangle) {
     if (const int chamber = of_triangle(triangle); chamber >= 0) {
       const auto& corners = surface_->triangles[triangle];
       const Eigen::Vector3d x[3] = {positions.vector(corners[0]), positions.vector(corners[1]),

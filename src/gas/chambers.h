@@ -16,7 +16,7 @@
 #include "geometry/projectors.h"
 #include "parallel/field.h"
 #include "surface/active_set.h"
-#include "surface/symmetry_planes.h"
+#include "surface/surface.h"
 
 namespace pellicle {
 inline namespace gas {
@@ -263,7 +263,6 @@ class Chambers {
   double energy(int chamber, const GasState& gas) const {
     return is_joined(chamber) ? heat_capacity(chamber) * gas.amount * gas.temperature : 0;
   }
-  PetscInt owned_triangles() const { return surface_->triangles_per_element * surface_->elements.owned; }
   const Chamber& of(int chamber) const { return chambers_[chamber]; }
   void require_closed(int chamber, const Field& rest, const Projectors& projectors) const;
 

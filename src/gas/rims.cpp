@@ -64,8 +64,7 @@ Rims::Rims(const Surface& surface, const std::vector<int>& chamber, const Eigen:
            const SymmetryPlanes& planes)
     : surface_(&surface), origin_(origin) {
   std::vector<NamedSide> own;
-  const std::size_t owned = surface.triangles_per_element * surface.elements.owned;
-  for (std::size_t triangle = 0; triangle < owned; ++triangle) {
+  for (PetscInt triangle = 0; triangle < surface.owned_triangles(); ++triangle) {
     for (std::size_t k = 0; k < 3 && chamber[triangle] >= 0; ++k) {
       const PetscInt from = surface.triangles[triangle][k];
       const PetscInt to = surface.triangles[triangle][(k + 1) % 3];

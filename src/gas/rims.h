@@ -6,7 +6,6 @@
 
 #include "parallel/field.h"
 #include "surface/surface.h"
-#include "surface/symmetry_planes.h"
 
 namespace pellicle {
 inline namespace gas {

@@ -121,9 +121,7 @@ std::optional<DeepestPoint> deepest_point(const Solid& solid, const Triangle& co
       }
     }
     if (!heap.empty()) {
-      const double size = std::max(
-          {(corners[1] - corners[0]).norm(), (corners[2] - corners[1]).norm(), (corners[0] - corners[2]).norm()});
-      bracket(search, size, tolerance);
+      bracket(search, longest_side(corners), tolerance);
     }
   }
   return search.best->gap.distance > reach ? std::nullopt : search.best;

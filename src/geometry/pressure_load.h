@@ -34,6 +34,13 @@ inline Eigen::Vector3d area_vector(const Eigen::Vector3d& x1, const Eigen::Vecto
   return 0.5 * (x2 - x1).cross(x3 - x1);
 }
 
+/// Area vector of a quad with these corners round it, which may be warped: half the cross product of its diagonals
+/// [m^2].
+inline Eigen::Vector3d quad_area_vector(const Eigen::Vector3d& x0, const Eigen::Vector3d& x1, const Eigen::Vector3d& x2,
+                                        const Eigen::Vector3d& x3) {
+  return 0.5 * (x2 - x0).cross(x3 - x1);
+}
+
 /// Adds the load's stiffness, minus the derivative of the force by the corners' positions `x` [m] at constant pressure,
 /// times their displacements `w` [m] to `result` [N].
 /// @param pressure inside minus outside, where the normals point [Pa]

@@ -164,10 +164,7 @@ StageResult Conduction::advance(Field& temperature, const ConductionInput& input
     graph_.add_up_inflow(estimate_, sum_);
     remainder_ = sum_.head(owned) - graph_.capacity.cwiseProduct(after - before);
     copy_to(right_hand_side_, remainder_);
-    const int iterations = result.iterations;
-    result = solve(ksp_, right_hand_side_, increment_);
-    result.iterations += iterations;
-    if (!result.converged) {
+    if (!result.add(solve(ksp_, right_hand_side_, increment_))) {
       return result;
     }
     const ConstVecValues increment(increment_);
@@ -175,17 +172,13 @@ StageResult Conduction::advance(Field& temperature, const ConductionInput& input
     remainder_ = (remainder_ - product_).cwiseQuotient(graph_.capacity);
     largest = owned > 0 ? remainder_.cwiseAbs().maxCoeff() : 0;
     largest = max_over_ranks(surface_.comm(), largest);
-    const bool is_done = largest <= limit;
-    if (is_done) {
+    if (largest <= limit) {
       before = after + (increment + remainder_);
       temperature.update_ghosts();
-    } else {
-      after += increment;
-      estimate_.update_ghosts();
-    }
-    if (is_done) {
       return result;
     }
+    after += increment;
+    estimate_.update_ghosts();
   }
   result.converged = false;
   result.reason = "the linear solver " + options_.solver_prefix + " leaves errors of " + number_text(largest) +

@@ -4,8 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "geometry/pressure_load.h"
-#include "geometry/quad_area.h"
+#include "surface/drawn_places.h"
 
 namespace pellicle {
 inline namespace heat {
@@ -39,14 +38,12 @@ double release_burning_heat(Field& temperature, const Surface& surface, const Fi
 Eigen::VectorXd particle_areas(const Surface& surface, const Field& positions, const ActiveSet& active) {
   Eigen::VectorXd area = Eigen::VectorXd::Zero(surface.particles.local());
   const std::array<double, 3> fraction = surface.point_shares();
-  const std::size_t per_element = surface.triangles_per_element;
   for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
     if (!active.triangles[t]) {
       continue;
     }
-    const auto x = [&](std::size_t k) { return positions.vector(surface.corner(t / per_element, k)); };
-    const double triangle_area = surface.has_quads() ? quad_area_vector(x(0), x(1), x(2), x(3)).norm() / 4
-                                                     : area_vector(x(0), x(1), x(2)).norm();
+    const double triangle_area = element_area_vector(surface, positions.data(), surface.element_of_triangle(t)).norm() /
+                                 surface.triangles_per_element;
     for (std::size_t i = 0; i < 3; ++i) {
       area[surface.triangles[t][i]] += fraction[i] * triangle_area;
     }

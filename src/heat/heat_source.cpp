@@ -40,16 +40,7 @@ const std::vector<HeatSourceShape>& heat_source_shapes() {
   return shapes;
 }
 
-const std::vector<std::string>& names_of(SourceShape) {
-  static const std::vector<std::string> names = [] {
-    std::vector<std::string> all;
-    for (const HeatSourceShape& shape : heat_source_shapes()) {
-      all.push_back(shape.name);
-    }
-    return all;
-  }();
-  return names;
-}
+std::vector<std::string> names_of(SourceShape) { return names_in(heat_source_shapes()); }
 
 const HeatSourceShape& shape_of(const HeatSource& source) {
   return heat_source_shapes()[static_cast<std::size_t>(static_cast<SourceShape>(source.shape))];

@@ -13,7 +13,7 @@ namespace pellicle {
 inline namespace heat {
 
 enum class SourceShape : int {};  ///< number of a shape among heat_source_shapes()
-const std::vector<std::string>& names_of(SourceShape);
+std::vector<std::string> names_of(SourceShape);
 
 /// One external heat source: a moving hot ball or a heat texture (burning paper, section 5).
 struct HeatSource {

@@ -46,13 +46,12 @@ std::string duration_text(double seconds) {
 
 Console::Console(MPI_Comm comm, int monitor, std::ostream& stream, bool terminal, double longest_silence)
     : comm_(comm),
+      rank_(rank_of(comm)),
       interval_(monitor == 0 && terminal ? 1 : monitor),
       stream_(stream),
       longest_silence_(longest_silence),
       start_(MPI_Wtime()),
-      last_line_(start_) {
-  MPI_Comm_rank(comm_, &rank_);
-}
+      last_line_(start_) {}
 
 void Console::say(const std::string& line) {
   if (interval_ > 0) {
@@ -64,6 +63,12 @@ void Console::tell(const std::string& line) {
   if (rank_ == 0) {
     stream_ << line << std::endl;
     last_line_ = MPI_Wtime();
+  }
+}
+
+void Console::tell(const std::vector<std::string>& lines) {
+  for (const std::string& line : lines) {
+    tell(line);
   }
 }
 

@@ -41,6 +41,7 @@ class Console {
   void say(const std::string& line);
   /// Prints a line that every run's log needs: about the mesh, a warning, a failed step, the end of the run.
   void tell(const std::string& line);
+  void tell(const std::vector<std::string>& lines);  ///< several such lines
   /// Prints the progress line of a step, if it is due; the time left follows from the time since the console was made.
   void progress(const Progress& progress);
   /// Prints the table of time per stage: for each stage the time of the slowest rank. Collective.
@@ -51,7 +52,7 @@ class Console {
 
  private:
   MPI_Comm comm_;
-  int rank_ = 0;
+  int rank_;
   int interval_;  ///< steps between progress lines; 0: unwatched
   std::ostream& stream_;
   double longest_silence_;  ///< [s]

@@ -61,11 +61,9 @@ void add_identity(MPI_Comm comm, const std::vector<DrawnPoint>& points, vtkDataA
   }
   piece->GetPointData()->AddArray(ids);
   piece->GetPointData()->AddArray(ghost);
-  int own_rank = 0;
-  MPI_Comm_rank(comm, &own_rank);
   const auto rank = named_array<vtkIntArray>("rank");
   rank->SetNumberOfValues(of_cells->GetNumberOfTuples());
-  rank->FillValue(own_rank);
+  rank->FillValue(rank_of(comm));
   piece->GetCellData()->AddArray(rank);
   piece->GetCellData()->AddArray(of_cells);
 }

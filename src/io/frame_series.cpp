@@ -121,9 +121,7 @@ void write_piece(vtkPolyData* piece, const std::string& path, const std::string&
 }  // namespace
 
 FrameSeries::FrameSeries(OutputFolder& folder, std::string name, std::vector<FramePart> parts)
-    : folder_(folder), comm_(folder.comm()), name_(std::move(name)), parts_(std::move(parts)) {
-  MPI_Comm_rank(comm_, &rank_);
-}
+    : folder_(folder), comm_(folder.comm()), rank_(rank_of(comm_)), name_(std::move(name)), parts_(std::move(parts)) {}
 
 std::string FrameSeries::stem(const Entry& entry) const {
   const std::string& part = parts_[entry.part].name;
@@ -132,12 +130,10 @@ std::string FrameSeries::stem(const Entry& entry) const {
 
 void FrameSeries::reserve() const {
   folder_.reserve(name_ + ".pvd", "");
-  int ranks = 1;
-  MPI_Comm_size(comm_, &ranks);
   for (std::size_t part = 0; part < parts_.size(); ++part) {
     const std::string first = stem({0, 0, static_cast<int>(part)});  // The numbers of frames do not make names collide.
     folder_.reserve(first + ".pvtp", parts_[part].owner);
-    folder_.reserve(fs::path(piece_name(first, ranks - 1)).filename().string(), parts_[part].owner);
+    folder_.reserve(fs::path(piece_name(first, ranks_of(comm_) - 1)).filename().string(), parts_[part].owner);
   }
 }
 

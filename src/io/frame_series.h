@@ -63,7 +63,7 @@ class FrameSeries {
 
   OutputFolder& folder_;
   MPI_Comm comm_;
-  int rank_ = 0;
+  int rank_;
   std::string name_;
   std::vector<FramePart> parts_;
   std::vector<Entry> frames_;  ///< in the order of their times

@@ -130,12 +130,11 @@ void FrameWriter::write_body(std::size_t body, const Solid& solid, double time) 
   Eigen::AlignedBox3d bounds = bounds_;
   min_over_ranks(folder_.comm(), bounds.min());
   max_over_ranks(folder_.comm(), bounds.max());
-  int rank = 0;
-  MPI_Comm_rank(folder_.comm(), &rank);
   // A plane is drawn in the same size from frame to frame, while the size of what moves stays within a factor of 2.
   const double half =
       std::exp2(std::ceil(std::log2(bounds.isEmpty() ? 1 : std::max(bounds.diagonal().norm(), 1e-9)))) / 2;
-  body_series_.write(body, rank == 0 ? drawing_of_solid(solid, half) : vtkSmartPointer<vtkPolyData>::New(), time);
+  body_series_.write(
+      body, rank_of(folder_.comm()) == 0 ? drawing_of_solid(solid, half) : vtkSmartPointer<vtkPolyData>::New(), time);
 }
 
 void FrameWriter::complete(double time, int step) {

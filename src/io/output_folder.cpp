@@ -8,7 +8,6 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <iterator>
 #include <set>
 #include <sstream>
@@ -26,12 +25,6 @@ namespace fs = std::filesystem;
 
 const char* const list_name = "run_files.txt";
 const char* const parts_name = "run.part";
-
-/// Text of a file; empty if it cannot be read.
-std::string text_of_file(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return std::string((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-}
 
 /// Whether a name can be that of a file of a run, in the folder or in a subfolder.
 bool is_inside(const std::string& name) {
@@ -74,12 +67,8 @@ void remove_files(const std::string& folder, const Names& names) {
 }  // namespace
 
 OutputFolder::OutputFolder(MPI_Comm comm, const OutputOptions& options, const RunRecord& record)
-    : comm_(comm), directory_(options.directory), name_(options.name), record_(record) {
+    : comm_(comm), directory_(options.directory), name_(options.name), record_(record), is_root_(rank_of(comm) == 0) {
   options.validate();
-  int rank = 0;
-  MPI_Comm_rank(comm_, &rank);
-  MPI_Comm_size(comm_, &ranks_);
-  is_root_ = rank == 0;
   std::string of_object;  // "(_cloth|_lantern)"
   for (const std::string& object : record_.objects) {
     of_object += (of_object.empty() ? "(_" : "|_") + object;
@@ -216,7 +205,7 @@ bool OutputFolder::is_of_run(const std::string& name) const {
 }
 
 void OutputFolder::check_conflicts() const {
-  const std::map<std::string, std::string> record = record_files(record_, ranks_);
+  const std::map<std::string, std::string> record = record_files(record_, ranks_of(comm_));
   std::vector<std::string> names;
   for (const auto& [name, text] : record) {
     names.push_back(name);
@@ -244,7 +233,8 @@ void OutputFolder::check_conflicts() const {
     if (sums.empty() || !is_file_inside(directory_, name)) {
       continue;
     }
-    const std::string text = text_of_file(path(name));
+    const OpenFile file(path(name), O_RDONLY);
+    const std::string text = file.is_open() ? file.text() : "";
     const auto written = record.find(name);
     const bool stays = written != record.end() && written->second == text;
     if (!stays && std::find(sums.begin(), sums.end(), checksum_of(text)) == sums.end()) {
@@ -255,7 +245,7 @@ void OutputFolder::check_conflicts() const {
 }
 
 void OutputFolder::write_record() {
-  const std::map<std::string, std::string> record = record_files(record_, ranks_);
+  const std::map<std::string, std::string> record = record_files(record_, ranks_of(comm_));
   Files texts;
   for (const auto& [name, text] : record) {
     texts[name] = {checksum_of(text)};

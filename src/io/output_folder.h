@@ -88,8 +88,7 @@ class OutputFolder {
   std::regex tables_;  ///< names of tables and checkpoints of a run
   DistinctNames names_{"file"};
   std::regex frames_;  ///< what follows the run's name in names of frames
-  bool is_root_ = false;
-  int ranks_ = 1;
+  bool is_root_;
   bool is_started_ = false;
   OpenFile list_;  ///< on rank 0, locked
   Files files_;    ///< on rank 0

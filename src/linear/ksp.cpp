@@ -377,8 +377,6 @@ void set_matrix_options(Mat matrix, const std::string& prefix) {
 KspHandle make_ksp(Mat matrix, Mat preconditioning, const std::string& prefix, const KspDefaults& defaults) {
   KspHandle ksp;
   PC pc = nullptr;
-  int ranks = 1;
-  MPI_Comm_size(comm_of(matrix), &ranks);
   check(KSPCreate(comm_of(matrix), ksp.create()));
   check(KSPSetOptionsPrefix(ksp, prefix.c_str()));
   check(KSPSetOperators(ksp, matrix, preconditioning));
@@ -437,7 +435,7 @@ KspHandle make_ksp(Mat matrix, Mat preconditioning, const std::string& prefix, c
   }
   save_systems(ksp, prefix);
   make_stoppable(ksp);
-  if (ranks > 1 && is(type, {PCICC, PCILU})) {  // PETSc has them for one rank only.
+  if (ranks_of(comm_of(matrix)) > 1 && is(type, {PCICC, PCILU})) {  // PETSc has them for one rank only.
     stoppable_test(ksp)->block_type = is(type, {PCILU}) ? PCILU : PCICC;
     check(PCSetType(pc, PCBJACOBI));
   }

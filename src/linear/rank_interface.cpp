@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <numeric>
 
+#include "base/sorting.h"
+
 namespace pellicle {
 inline namespace linear {
 
 RankInterface::RankInterface(MPI_Comm comm, PetscInt first, PetscInt owned, const std::vector<PetscInt>& later)
-    : comm_(comm), first_(first), rows_(of_all_ranks(comm, later)) {
-  std::sort(rows_.begin(), rows_.end());
-  rows_.erase(std::unique(rows_.begin(), rows_.end()), rows_.end());
+    : comm_(comm), first_(first), rows_(without_repeats(of_all_ranks(comm, later))) {
   auto next = std::lower_bound(rows_.begin(), rows_.end(), first);
   own_first_ = static_cast<int>(next - rows_.begin());
   for (PetscInt i = 0; i < owned; ++i) {

@@ -17,16 +17,12 @@ class OptionTable;
 inline namespace meshing {
 
 enum class BlobShape { sphere, ellipsoid, box, capsule, cylinder, torus };
-inline const std::vector<std::string>& names_of(BlobShape) {
-  static const std::vector<std::string> names{"sphere", "ellipsoid", "box", "capsule", "cylinder", "torus"};
-  return names;
+inline std::vector<std::string> names_of(BlobShape) {
+  return {"sphere", "ellipsoid", "box", "capsule", "cylinder", "torus"};
 }
 
 enum class BlobOperation { add, subtract };
-inline const std::vector<std::string>& names_of(BlobOperation) {
-  static const std::vector<std::string> names{"add", "subtract"};
-  return names;
-}
+inline std::vector<std::string> names_of(BlobOperation) { return {"add", "subtract"}; }
 
 /// A solid of a closed surface in a deck, one of the named objects `mesh.blobs`.
 struct BlobOptions {

@@ -7,7 +7,7 @@
 #include <unsupported/Eigen/BVH>
 #include <vector>
 
-#include "meshing/surface_mesh.h"
+#include "base/sorting.h"
 
 namespace pellicle {
 inline namespace meshing {

@@ -12,6 +12,7 @@
 
 #include "base/disjoint_sets.h"
 #include "base/error.h"
+#include "base/sorting.h"
 #include "geometry/pi.h"
 #include "meshing/triangulation.h"
 
@@ -305,8 +306,7 @@ std::vector<int> find_split_points(const SurfaceMesh& mesh, const std::vector<Ed
       fan[point] = root;
     }
   }
-  sort_members(split);
-  return split;
+  return without_repeats(std::move(split));
 }
 
 /// The triangles of all faces that are not `degenerate`; those that cannot be split go to `crossed`.

@@ -4,6 +4,7 @@
 #include <map>
 
 #include "base/disjoint_sets.h"
+#include "base/sorting.h"
 #include "geometry/pi.h"
 #include "geometry/pressure_load.h"
 #include "geometry/triangle_intersection.h"
@@ -26,12 +27,6 @@ SelfIntersections count_self_intersections(const std::vector<Eigen::Vector3d>& p
     const std::array<int, 3>& t = triangles[triangle];
     return {points[t[0]], points[t[1]], points[t[2]]};
   };
-  const auto have_common_point = [&triangles](int a, int b) {
-    const std::array<int, 3>& points_of_a = triangles[a];
-    const std::array<int, 3>& points_of_b = triangles[b];
-    return std::find_first_of(points_of_b.begin(), points_of_b.end(), points_of_a.begin(), points_of_a.end()) !=
-           points_of_b.end();
-  };
   std::vector<Box> boxes;
   for (const std::array<int, 3>& triangle : triangles) {
     Box& box = boxes.emplace_back();
@@ -41,7 +36,7 @@ SelfIntersections count_self_intersections(const std::vector<Eigen::Vector3d>& p
   }
   SelfIntersections found;
   found.all = visit_pairs(boxes, boxes, [&](int a, int b) {
-    if (a >= b || have_common_point(a, b)) {
+    if (a >= b || have_common_point(triangles[a], triangles[b])) {
       return 0;
     }
     if (triangles_intersect(corners(a), corners(b))) {
@@ -113,7 +108,7 @@ Slits find_slits(const SurfaceMesh& mesh, const std::vector<std::array<int, 2>>&
     }
     return 1;
   });
-  sort_members(slits.on_sides);
+  slits.on_sides = without_repeats(std::move(slits.on_sides));
   return slits;
 }
 

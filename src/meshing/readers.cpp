@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/memory.h"
+#include "base/sorting.h"
 #include "meshing/format_readers.h"
 #include "meshing/mesh_check.h"
 #include "options/spelling.h"
@@ -110,7 +111,7 @@ SurfaceMesh read_mesh(const std::string& path) {
   SurfaceMesh mesh = reader->second(path);
   for (auto* groups : {&mesh.groups, &mesh.face_groups}) {
     for (auto& entry : *groups) {
-      sort_members(entry.second);
+      entry.second = without_repeats(std::move(entry.second));
     }
   }
   check_numbers(mesh, path);

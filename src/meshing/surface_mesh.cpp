@@ -4,13 +4,13 @@
 #include <petscsys.h>
 
 #include <algorithm>
-#include <numeric>
 #include <tuple>
 #include <utility>
 
 #include "base/disjoint_sets.h"
 #include "base/error.h"
 #include "base/memory.h"
+#include "base/sorting.h"
 #include "base/units.h"
 #include "meshing/box_pairs.h"
 
@@ -44,17 +44,6 @@ std::vector<std::vector<Eigen::Vector2d>> uv_of_corners(const SurfaceMesh& mesh,
   return uv;
 }
 
-std::vector<int> numbers_up_to(std::size_t count) {
-  std::vector<int> numbers(count);
-  std::iota(numbers.begin(), numbers.end(), 0);
-  return numbers;
-}
-
-void sort_members(std::vector<int>& members) {
-  std::sort(members.begin(), members.end());
-  members.erase(std::unique(members.begin(), members.end()), members.end());
-}
-
 namespace {
 
 /// Renumbers the members of groups: `i` becomes `target[i]`, or is removed if that is negative. They stay ascending.
@@ -66,8 +55,7 @@ void renumber(std::map<std::string, std::vector<int>>& groups, const std::vector
         members.push_back(target[member]);
       }
     }
-    sort_members(members);
-    entry.second = std::move(members);
+    entry.second = without_repeats(std::move(members));
   }
 }
 

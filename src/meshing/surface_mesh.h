@@ -47,11 +47,6 @@ void require_mesh_size(const std::string& what, double faces);
 std::vector<std::vector<Eigen::Vector2d>> uv_of_corners(const SurfaceMesh& mesh,
                                                         const std::vector<Eigen::Vector2d>& uv_of_points);
 
-/// 0, 1, 2, ...
-std::vector<int> numbers_up_to(std::size_t count);
-/// Sorts numbers and removes repetitions.
-void sort_members(std::vector<int>& members);
-
 /// Removes points, or faces, that do not represent themselves. What remains is numbered without gaps; point_id, groups,
 /// uv and fields follow, and faces and groups name the representatives. Points that all are without one stay.
 /// @param stands representative of each, itself or one before it; -1: none, of points that no face has

@@ -13,7 +13,9 @@
 #include <utility>
 
 #include "base/error.h"
+#include "options/choice.h"
 #include "options/idle_options.h"
+#include "options/spelling.h"
 
 namespace pellicle {
 inline namespace options {
@@ -145,16 +147,13 @@ void refuse_unknown_object(const OptionTable& table, const TypedOption& typed, c
     if (name.compare(0, section.name.size() + 1, section.name + "_") != 0) {
       continue;
     }
-    std::string known;
-    bool names_object = false;
-    for (const auto& object : section.objects) {
-      known += (known.empty() ? "" : ", ") + object.name;
+    const bool names_object = std::any_of(section.objects.begin(), section.objects.end(), [&](const auto& object) {
       const std::string start = section.name + "_" + object.name + "_";
-      names_object = names_object || name.compare(0, start.size(), start) == 0;
-    }
+      return name.compare(0, start.size(), start) == 0;
+    });
     if (!names_object) {
       fail(typed.origin, "no such object; expected one that a deck names in " + section.key + ": " +
-                             (known.empty() ? "there is none" : known));
+                             (section.objects.empty() ? "there is none" : join(names_in(section.objects), ", ")));
     }
   }
 }
@@ -164,12 +163,8 @@ void refuse_unknown_object_of_run(const ObjectTables& tables, const TypedOption&
   if (typed.name.compare(0, 8, "objects_") != 0 || typed.name == "objects_dump") {  // which is PETSc's
     return;
   }
-  std::string known;
-  for (const ObjectTable& object : tables) {
-    known += (known.empty() ? "" : ", ") + object.name;
-  }
-  fail(typed.origin,
-       "no such object; expected one that a deck names in objects: " + (tables.are_named() ? known : "there is none"));
+  fail(typed.origin, "no such object; expected one that a deck names in objects: " +
+                         (tables.are_named() ? join(names_in(tables), ", ") : "there is none"));
 }
 
 /// @param object for which the option is; empty: for all
@@ -274,8 +269,7 @@ std::vector<TypedOption> options_of_surroundings(const OptionTable& table, bool 
 
 /// All options, decks aside, as rank 0 finds them, in the order in which later ones win. Collective.
 std::vector<TypedOption> all_options(MPI_Comm comm, const std::vector<TypedOption>& typed, const OptionTable& table) {
-  // Of each option the source, line and name, and its value after "=", or nothing; all end with a NUL.
-  std::string text;
+  std::vector<std::string> parts;  // of each option the source, line and name, and its value after "=", or nothing
   on_root(comm, [&] {
     const bool skip_files = std::any_of(typed.begin(), typed.end(), [](const TypedOption& option) {
       return option.name == "skip_petscrc" && option.value.value_or("true") != "false";
@@ -283,28 +277,20 @@ std::vector<TypedOption> all_options(MPI_Comm comm, const std::vector<TypedOptio
     std::vector<TypedOption> all = options_of_surroundings(table, skip_files);
     all.insert(all.end(), typed.begin(), typed.end());
     for (const TypedOption& option : with_files(all, table)) {
-      for (const std::string& part : {option.origin.source, std::to_string(option.origin.line), option.name,
-                                      option.value ? "=" + *option.value : ""}) {
-        text += part + '\0';
-      }
+      parts.insert(parts.end(), {option.origin.source, std::to_string(option.origin.line), option.name,
+                                 option.value ? "=" + *option.value : ""});
     }
   });
-  broadcast(comm, text);
+  broadcast(comm, parts);
   std::vector<TypedOption> all;
-  std::istringstream parts(text);
-  const auto next = [&parts] {
-    std::string part;
-    std::getline(parts, part, '\0');
-    return part;
-  };
-  while (parts.peek() != std::istringstream::traits_type::eof()) {
+  for (auto part = parts.begin(); part != parts.end();) {
     TypedOption& option = all.emplace_back();
-    option.origin.source = next();
-    option.origin.line = std::stoi(next());
+    option.origin.source = *part++;
+    option.origin.line = std::stoi(*part++);
     option.origin.is_laid_over = option.origin.source != command_line;
-    option.name = next();
+    option.name = *part++;
     option.origin.name = "-" + option.name;
-    if (const std::string value = next(); !value.empty()) {
+    if (const std::string value = *part++; !value.empty()) {
       option.value = value.substr(1);
     }
   }

@@ -8,6 +8,16 @@ inline namespace options {
 
 class OptionTable;  // to which headers of options declare how they are added
 
+/// The names of the rows of a table, in their order: those of an enumeration's values that a table describes.
+template <class Table>
+std::vector<std::string> names_in(const Table& table) {
+  std::vector<std::string> names;
+  for (const auto& row : table) {
+    names.push_back(row.name);
+  }
+  return names;
+}
+
 /// One of several names, for any enumeration: the part of a Choice that the option table uses.
 class AnyChoice {
  public:

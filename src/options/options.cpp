@@ -64,14 +64,6 @@ std::vector<std::string> split(const std::string& text, char separator) {
   }
 }
 
-std::string join(const std::vector<std::string>& parts, const std::string& separator) {
-  std::string text;
-  for (const std::string& part : parts) {
-    text += (text.empty() ? "" : separator) + part;
-  }
-  return text;
-}
-
 template <class Numbers>
 std::vector<std::string> number_words(const Numbers& numbers) {
   std::vector<std::string> words;

@@ -123,9 +123,7 @@ std::vector<std::string> unused_petsc_options(const std::vector<PetscOption>& op
 }
 
 void warn_unused(MPI_Comm comm, const std::vector<PetscOption>& options, const ObjectTables& tables) {
-  int rank = 0;
-  MPI_Comm_rank(comm, &rank);
-  if (rank == 0) {
+  if (rank_of(comm) == 0) {
     for (const std::string& line : unused_petsc_options(options, tables)) {
       std::cerr << "warning: " << line << '\n';
     }

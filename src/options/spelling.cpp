@@ -13,6 +13,14 @@ std::string in_lower_case(std::string_view word) {
   return lower;
 }
 
+std::string join(const std::vector<std::string>& parts, const std::string& separator) {
+  std::string text;
+  for (const std::string& part : parts) {
+    text += (text.empty() ? "" : separator) + part;
+  }
+  return text;
+}
+
 int edit_distance(const std::string& a, const std::string& b) {
   // d[i][j]: distance of the first i letters of a from the first j of b; three rows of it are kept.
   std::vector<int> before_last;

@@ -10,6 +10,9 @@ inline namespace options {
 /// A word with its capital letters of ASCII made small.
 std::string in_lower_case(std::string_view word);
 
+/// The parts one after the other, with the separator between them.
+std::string join(const std::vector<std::string>& parts, const std::string& separator);
+
 /// The number of letters inserted, removed, replaced or swapped with their neighbour that turn `a` into `b`.
 int edit_distance(const std::string& a, const std::string& b);
 

@@ -7,6 +7,8 @@
 #include <type_traits>
 #include <vector>
 
+#include "base/error.h"
+
 namespace pellicle {
 inline namespace parallel {
 
@@ -96,11 +98,9 @@ struct RankShares {
 
 /// The distribution of the ranks' own shares. Collective. @param own fraction of this rank, 0 or more
 inline RankShares shares_of_ranks(MPI_Comm comm, double own) {
-  int ranks = 1;
-  MPI_Comm_size(comm, &ranks);
   const double largest = max_over_ranks(comm, own);
   const double sum = sum_over_ranks(comm, own);
-  return {sum, sum > 0 ? largest * ranks / sum : 1};
+  return {sum, sum > 0 ? largest * ranks_of(comm) / sum : 1};
 }
 
 /// Whether a condition holds on any rank. Collective.
@@ -112,10 +112,8 @@ inline bool on_any_rank(MPI_Comm comm, bool here) {
 /// Gathers the values, of any plain type, of all ranks, rank after rank. Collective.
 template <class Value>
 std::vector<Value> of_all_ranks(MPI_Comm comm, const std::vector<Value>& own) {
-  int ranks = 1;
-  MPI_Comm_size(comm, &ranks);
   const auto bytes = static_cast<int>(own.size() * sizeof(Value));
-  std::vector<int> sizes(ranks);
+  std::vector<int> sizes(ranks_of(comm));
   MPI_Allgather(&bytes, 1, MPI_INT, sizes.data(), 1, MPI_INT, comm);
   std::vector<int> starts(sizes.size() + 1, 0);
   std::partial_sum(sizes.begin(), sizes.end(), starts.begin() + 1);
@@ -130,12 +128,11 @@ class Gatherer {
   Gatherer() = default;
 
   /// Collective. @param own number of this rank's values
-  Gatherer(MPI_Comm comm, std::size_t own) : comm_(comm) {
+  Gatherer(MPI_Comm comm, std::size_t own) : comm_(comm), rank_(rank_of(comm)) {
     for (const int count : of_all_ranks(comm, std::vector<int>{static_cast<int>(own)})) {
       counts_.push_back(count);
       starts_.push_back(starts_.back() + count);
     }
-    MPI_Comm_rank(comm, &rank_);
   }
 
   /// Gathers the values of all ranks. Collective. @param all is resized

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <stdexcept>
 
 #include "parallel/exchange.h"
 #include "parallel/layout.h"
@@ -19,12 +20,21 @@ class Field {
 
   Field() = default;
   /// A field of zeros. Collective.
-  Field(const Layout& layout, int components);
+  Field(const Layout& layout, int components)
+      : values_(Eigen::MatrixXd::Zero(components, layout.local())),
+        type_(MPI_DOUBLE, components),
+        exchange_(layout.exchange()) {}
   Field(Field&&) = default;
   Field& operator=(Field&&) = default;
   Field(const Field&) = delete;
   /// Copies the values, ghosts included. Not collective. @throws std::logic_error if the sizes differ
-  Field& operator=(const Field& other);
+  Field& operator=(const Field& other) {
+    if (values_.rows() != other.values_.rows() || values_.cols() != other.values_.cols()) {
+      throw std::logic_error("a field is assigned to one of another size");
+    }
+    values_ = other.values_;
+    return *this;
+  }
 
   int components() const { return static_cast<int>(values_.rows()); }
   /// The values; writing to the owned part must be followed by update_ghosts.
@@ -39,9 +49,12 @@ class Field {
   const double* data() const { return values_.data(); }
 
   /// Copies the owners' values to the ghosts. Collective.
-  void update_ghosts();
+  void update_ghosts() { exchange_->copy(type_, bytes(), data()); }
   /// Adds the ghosts' values to the owners' and sets the ghosts to 0. Collective.
-  void add_ghosts();
+  void add_ghosts() {
+    exchange_->combine(type_, bytes(), MPI_SUM, data());
+    values_.rightCols(values_.cols() - exchange_->owned()).setZero();
+  }
 
  private:
   std::size_t bytes() const { return static_cast<std::size_t>(values_.rows()) * sizeof(double); }

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/sorting.h"
 
 namespace pellicle {
 inline namespace parallel {
@@ -99,7 +100,6 @@ struct Members {
 CellGraph graph_of_groups(const CellGraph& graph, const std::vector<int>& group, int count, Weights& weights) {
   const Members members(group, count);
   CellGraph coarse;
-  coarse.offsets.push_back(0);
   std::vector<std::size_t> place(count, 0);  // of a neighbour, if in the present row
   for (int g = 0; g < count; ++g) {
     const std::size_t first = members.first[g];
@@ -148,10 +148,8 @@ std::vector<int> split_in_regions(const CellGraph& graph, const std::vector<int>
 
 CellGraph graph_of(std::vector<std::vector<int>> neighbours) {
   CellGraph graph;
-  graph.offsets.push_back(0);
   for (auto& row : neighbours) {
-    std::sort(row.begin(), row.end());
-    row.erase(std::unique(row.begin(), row.end()), row.end());
+    row = without_repeats(std::move(row));
     graph.neighbours.insert(graph.neighbours.end(), row.begin(), row.end());
     graph.offsets.push_back(static_cast<int>(graph.neighbours.size()));
   }
@@ -190,7 +188,6 @@ std::vector<int> split_in_patches(CellGraph graph, int patches) {
       number[members.cells[c]] = static_cast<int>(c - members.first[r]);
     }
     CellGraph part;
-    part.offsets.push_back(0);
     for (std::size_t c = members.first[r]; c < members.first[r + 1]; ++c) {
       for (int k = graph.offsets[members.cells[c]]; k < graph.offsets[members.cells[c] + 1]; ++k) {
         const std::size_t neighbour = graph.neighbours[k];

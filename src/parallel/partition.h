@@ -7,7 +7,7 @@ inline namespace parallel {
 
 /// Graph of cells joined by their common edges, in compressed rows.
 struct CellGraph {
-  std::vector<int> offsets;     ///< (cells + 1)
+  std::vector<int> offsets{0};  ///< (cells + 1)
   std::vector<int> neighbours;  ///< cell numbers
 
   int cells() const { return static_cast<int>(offsets.size()) - 1; }

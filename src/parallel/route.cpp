@@ -4,6 +4,8 @@
 #include <numeric>
 #include <utility>
 
+#include "base/error.h"
+#include "base/sorting.h"
 #include "parallel/exchange.h"
 
 namespace pellicle {
@@ -13,14 +15,12 @@ Route::Counts::Counts(std::vector<int> of_ranks) : count(std::move(of_ranks)), b
   std::partial_sum(count.begin(), count.end(), begin.begin() + 1);
 }
 
-Route::Route(MPI_Comm comm, const std::vector<int>& destinations) : comm_(comm), order_(destinations.size()) {
-  int ranks = 1;
-  MPI_Comm_size(comm, &ranks);
-  std::iota(order_.begin(), order_.end(), 0);
+Route::Route(MPI_Comm comm, const std::vector<int>& destinations)
+    : comm_(comm), order_(numbers_up_to<PetscInt>(destinations.size())) {
   const auto destination = [&](PetscInt item) { return destinations[item]; };
   std::stable_sort(order_.begin(), order_.end(),
                    [&](PetscInt a, PetscInt b) { return destination(a) < destination(b); });
-  std::vector<int> sent(ranks, 0);
+  std::vector<int> sent(ranks_of(comm), 0);
   for (const int rank : destinations) {
     ++sent[rank];
   }

@@ -8,7 +8,7 @@
 
 #include "base/log_event.h"
 #include "geometry/pressure_load.h"
-#include "surface/membrane_geometry.h"
+#include "surface/membrane.h"
 
 namespace pellicle {
 inline namespace prism {

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "options/choice.h"
+
 namespace pellicle {
 inline namespace prism {
 
@@ -171,16 +173,7 @@ const std::vector<MaterialLaw>& material_laws() {
   return laws;
 }
 
-const std::vector<std::string>& names_of(Material::Law) {
-  static const std::vector<std::string> names = [] {
-    std::vector<std::string> all;
-    for (const MaterialLaw& law : material_laws()) {
-      all.push_back(law.name);
-    }
-    return all;
-  }();
-  return names;
-}
+std::vector<std::string> names_of(Material::Law) { return names_in(material_laws()); }
 
 Material::Law Material::law_named(const std::string& name) {
   const std::vector<MaterialLaw>& laws = material_laws();

@@ -33,7 +33,7 @@ struct Material {
   double tension = 0;               ///< if the wall wrinkles: its undeformed stress in metric_energy [Pa]
 };
 
-const std::vector<std::string>& names_of(Material::Law);
+std::vector<std::string> names_of(Material::Law);
 
 /// The moduli of a material at small strain.
 struct SmallStrainModuli {

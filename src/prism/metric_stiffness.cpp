@@ -2,7 +2,7 @@
 
 #include "base/log_event.h"
 #include "geometry/cross_matrix.h"
-#include "surface/membrane_geometry.h"
+#include "surface/membrane.h"
 
 namespace pellicle {
 inline namespace prism {

@@ -9,6 +9,7 @@
 #include <set>
 #include <utility>
 
+#include "base/sorting.h"
 #include "geometry/principal_axes.h"
 #include "geometry/rigid_motion.h"
 #include "parallel/collective.h"
@@ -173,8 +174,7 @@ class StencilMaker {
           fan.beyond.push_back(beyond->second);
         }
       }
-      std::sort(fan.beyond.begin(), fan.beyond.end());
-      fan.beyond.erase(std::unique(fan.beyond.begin(), fan.beyond.end()), fan.beyond.end());
+      fan.beyond = without_repeats(std::move(fan.beyond));
     }
 
     // Stencils go to the ranks that own another of their points.
@@ -186,8 +186,6 @@ class StencilMaker {
     };
     std::vector<int> receivers;
     std::vector<Point> sent;
-    int rank = 0;
-    MPI_Comm_rank(vertices.comm, &rank);
     for (PetscInt i = 0; i < vertices.owned; ++i) {
       const Fan& fan = result[i];
       std::vector<Point> points;
@@ -198,7 +196,7 @@ class StencilMaker {
           ranks.insert(owner_of(point, firsts));
         }
       }
-      ranks.erase(rank);
+      ranks.erase(rank_of(vertices.comm));
       for (const int receiver : ranks) {
         receivers.insert(receivers.end(), points.size(), receiver);
         sent.insert(sent.end(), points.begin(), points.end());

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "base/log_event.h"
-#include "surface/membrane_geometry.h"
+#include "surface/membrane.h"
 
 namespace pellicle {
 inline namespace prism {

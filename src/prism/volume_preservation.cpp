@@ -6,7 +6,7 @@
 #include "base/units.h"
 #include "options/options.h"
 #include "parallel/collective.h"
-#include "surface/membrane_geometry.h"
+#include "surface/membrane.h"
 
 namespace pellicle {
 inline namespace prism {

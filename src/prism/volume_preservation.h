@@ -18,10 +18,7 @@ inline namespace prism {
 
 /// Rules of VolumePreservation for the correction.
 enum class VolumeRule { mass, printed, muller06 };
-inline const std::vector<std::string>& names_of(VolumeRule) {
-  static const std::vector<std::string> names{"mass", "printed", "muller06"};
-  return names;
-}
+inline std::vector<std::string> names_of(VolumeRule) { return {"mass", "printed", "muller06"}; }
 
 /// Preservation of the rubber's volume after a step (balloon paper, section 7).
 struct VolumeOptions {

@@ -9,7 +9,7 @@
 #include "base/units.h"
 #include "parallel/collective.h"
 #include "surface/groups.h"
-#include "surface/membrane_geometry.h"
+#include "surface/membrane.h"
 
 namespace pellicle {
 inline namespace prism {

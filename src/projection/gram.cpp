@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <numeric>
 
 #include "base/error.h"
+#include "base/sorting.h"
 #include "linear/ksp.h"
 #include "linear/shell_operations.h"
 #include "parallel/collective.h"
@@ -51,8 +51,7 @@ Gram::Gram(const SpringSet& springs, const Layout& particles, Choice<GramFormat>
     set_symmetric_product<&Gram::multiply>(other_);
     set_shell_operation<&Gram::copy_diagonal>(other_, MATOP_GET_DIAGONAL);
   } else {
-    std::vector<PetscInt> rows(owned);
-    std::iota(rows.begin(), rows.end(), 0);
+    const auto rows = numbers_up_to<PetscInt>(owned);
     std::vector<PetscInt> columns;
     for (PetscInt s = 0; s < springs_.local(); ++s) {
       columns.push_back(springs_.layout.to_global(s));

@@ -109,9 +109,7 @@ void GramBlock::fill(Mat matrix, const Part& part, const Eigen::Matrix3Xd& gradi
 void GramBlock::update(const Eigen::Matrix3Xd& gradient, const std::vector<double>& inverse_mass,
                        const std::vector<double>& diagonal) {
   Mat own = matrix_;
-  PetscBool several_ranks = PETSC_FALSE;
-  check(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(own), MATMPIAIJ, &several_ranks));
-  if (several_ranks == PETSC_TRUE) {
+  if (has_type(own, {MATMPIAIJ})) {
     Mat foreign = nullptr;
     check(MatMPIAIJGetSeqAIJ(matrix_, &own, &foreign, nullptr));
     fill(foreign, foreign_, gradient, inverse_mass, diagonal);
@@ -122,10 +120,7 @@ void GramBlock::update(const Eigen::Matrix3Xd& gradient, const std::vector<doubl
 }
 
 GramRows::GramRows(Mat matrix) {
-  PetscBool several_ranks = PETSC_FALSE;
-  PetscInt rows = 0;
-  check(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(matrix), MATMPIAIJ, &several_ranks));
-  if (several_ranks == PETSC_FALSE) {
+  if (!has_type(matrix, {MATMPIAIJ})) {
     own_ = rows_of(matrix);
     return;
   }
@@ -133,6 +128,7 @@ GramRows::GramRows(Mat matrix) {
   Mat foreign = nullptr;
   const PetscInt* columns = nullptr;  // global, of the foreign part
   PetscLayout owners = nullptr;
+  PetscInt rows = 0;
   PetscInt count = 0;
   check(MatMPIAIJGetSeqAIJ(matrix, &own, &foreign, &columns));
   own_ = rows_of(own);
@@ -146,7 +142,7 @@ GramRows::GramRows(Mat matrix) {
   ghosts_.resize(count);
   changes_.resize(ghosts_.size());
   check(MatGetLayouts(matrix, nullptr, &owners));
-  check(PetscSFCreate(PetscObjectComm(reinterpret_cast<PetscObject>(matrix)), sf_.create()));
+  check(PetscSFCreate(comm_of(matrix), sf_.create()));
   check(PetscSFSetGraphLayout(sf_, owners, count, nullptr, PETSC_COPY_VALUES, columns));
   check(PetscSFSetUp(sf_));
 }

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <tuple>
 #include <utility>
 
 #include "base/error.h"
+#include "base/sorting.h"
 #include "linear/ksp.h"
 #include "linear/shell_operations.h"
 #include "parallel/collective.h"
@@ -29,8 +29,7 @@ constexpr double similar = 1.06;
 LineMatrices::LineMatrices(const SpringSet& set, const std::vector<std::vector<PetscInt>>& lines,
                            const std::vector<bool>& has_spike, bool keeps_entries)
     : ends_(lines.size()), spike_of_(lines.size()) {
-  std::vector<std::size_t> order(lines.size());
-  std::iota(order.begin(), order.end(), 0);
+  auto order = numbers_up_to<std::size_t>(lines.size());
   // Lines of a group should also be neighbours, so that they read close memory.
   const auto key = [&](std::size_t line) {
     const double length = static_cast<double>(lines[line].size());

@@ -405,10 +405,8 @@ class LineFinder {
     }
     const auto all = of_all_ranks(set_.layout.comm, own);
     const auto links = of_all_ranks(set_.layout.comm, own_links);
-    int ranks = 1;
-    MPI_Comm_size(set_.layout.comm, &ranks);
     constexpr PetscInt worth = 10;  // springs of a rank for a separator
-    if (worth * static_cast<PetscInt>(all.size()) * ranks > set_.layout.global) {
+    if (worth * static_cast<PetscInt>(all.size()) * ranks_of(set_.layout.comm) > set_.layout.global) {
       return;
     }
     std::map<PetscInt, std::vector<PetscInt>> neighbours;

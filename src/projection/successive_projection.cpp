@@ -29,14 +29,6 @@ double excess(double error, double target, double strain) {
   return error - std::clamp(error, at(1 - std::min(strain, 1.0)), at(1 + strain));
 }
 
-/// Adds a solve to the result of a stage. @returns whether it has converged
-bool add_solve(StageResult& result, const StageResult& solved) {
-  result.iterations += solved.iterations;
-  result.converged = solved.converged;
-  result.reason = solved.reason;
-  return solved.converged;
-}
-
 }  // namespace
 
 void require_shift_at_irregular_vertices(const Sheet& sheet, const ProjectOptions& options) {
@@ -301,7 +293,7 @@ StageResult SuccessiveProjection::limit_strain(Field& x, const ProjectionInput& 
       break;
     }
     for (const Colour colour : weave_colours) {
-      if (sheet_.acts(colour) && !add_solve(result, project_colour(x, colour, input, limit))) {
+      if (sheet_.acts(colour) && !result.add(project_colour(x, colour, input, limit))) {
         return result;
       }
     }
@@ -344,13 +336,13 @@ StageResult SuccessiveProjection::advance(Field& x, const ProjectionInput& input
   // Negated, so that an error that is not a number fails, too.
   for (int step = 1; step <= options_.max_steps && !(result.error < options_.threshold); ++step) {
     if (joint_ != nullptr) {
-      if (!add_solve(result, project_jointly(x, input))) {
+      if (!result.add(project_jointly(x, input))) {
         return result;
       }
       monitor(step, std::nullopt);
     } else {
       for (const Colour colour : colours_) {
-        if (!add_solve(result, project_colour(x, colour, input))) {
+        if (!result.add(project_colour(x, colour, input))) {
           return result;
         }
         monitor(step, colour);
@@ -366,7 +358,7 @@ StageResult SuccessiveProjection::advance(Field& x, const ProjectionInput& input
     }
   }
   if (options_.strain_limit) {
-    add_solve(result, limit_strain(x, input));
+    result.add(limit_strain(x, input));
     result.error = errors(x, input).total;
   } else if (input.at_end) {
     input.at_end(x);

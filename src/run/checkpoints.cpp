@@ -9,7 +9,6 @@
 #include <map>
 #include <regex>
 #include <set>
-#include <sstream>
 
 #include "base/error.h"
 #include "io/open_file.h"
@@ -106,11 +105,9 @@ Checkpoints::Checkpoints(OutputFolder& folder, const CheckpointOptions& options,
       }
     }
   });
-  auto count = static_cast<int>(std::min(written_.size(), static_cast<std::size_t>(std::max(options_.keep, 1))));
+  written_ = of_all_ranks(folder_.comm(), written_);
+  const auto count = std::min(static_cast<int>(written_.size()), std::max(options_.keep, 1));
   written_.erase(written_.begin(), written_.end() - count);
-  MPI_Bcast(&count, 1, MPI_INT, 0, folder_.comm());
-  written_.resize(count);
-  MPI_Bcast(written_.data(), count, MPI_INT, 0, folder_.comm());
   folder_.keep([steps = written_](const std::string& file) {
     return std::any_of(steps.begin(), steps.end(), [&file](int step) { return file == name_of(step); });
   });
@@ -192,25 +189,24 @@ void Checkpoints::write(const SteppedRun& run) {
 }
 
 std::unique_ptr<Hdf5File> open_checkpoint(MPI_Comm comm, const std::string& path, Console& console) {
-  std::string candidates;  // the newest first, each followed by '\0'
+  std::vector<std::string> candidates;  // the newest first
   on_root(comm, [&] {
     std::error_code none;
     if (!fs::exists(path, none)) {
       throw Error("restart: " + path + " is not there; expected a checkpoint or the folder of a run");
     }
     if (!fs::is_directory(path, none)) {
-      candidates = path + '\0';
+      candidates = {path};
       return;
     }
     const std::map<int, std::string> found = checkpoints_in(path);
     for (auto newest = found.rbegin(); newest != found.rend(); ++newest) {
-      candidates += newest->second + '\0';
+      candidates.push_back(newest->second);
     }
   });
   broadcast(comm, candidates);
   std::string faults;
-  std::istringstream list(candidates);
-  for (std::string candidate; std::getline(list, candidate, '\0');) {
+  for (const std::string& candidate : candidates) {
     try {
       return open_sound(comm, candidate);
     } catch (const Error& error) {

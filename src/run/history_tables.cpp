@@ -39,10 +39,8 @@ void HistoryTables::add_step(int retries) {
   const State& state = object_.state();
   if (projection_ != nullptr) {
     projection_->start();
-    int rank = 0;
-    MPI_Comm_rank(object_.surface().comm(), &rank);
     for (const ProjectionError& error : object_.last_step().projected) {  // the curves of Fig. 8
-      if (rank == 0) {
+      if (rank_of(object_.surface().comm()) == 0) {
         const char* after = error.projected ? colour_names[static_cast<std::size_t>(*error.projected)] : "start";
         std::printf("  projection step %d %-6s ||C|| red %.4e green %.4e blue %.4e yellow %.4e all %.4e\n", error.step,
                     after, error.colour[0], error.colour[1], error.colour[2], error.colour[3], error.total);

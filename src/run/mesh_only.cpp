@@ -123,12 +123,8 @@ void mesh_only(MPI_Comm comm, const RunPlan& plan, RunRecord record) {
     parts.push_back({object.name, key_of(object.name)});
     add_lines(record.mesh, object.name, meshes.back().lines);
   }
-  for (const std::string& line : record.mesh) {
-    console.tell(line);
-  }
-  for (const std::string& line : plan.lines()) {
-    console.tell(line);
-  }
+  console.tell(record.mesh);
+  console.tell(plan.lines());
   FrameWriter writer(folder, output, parts);
   writer.reserve_names();
   std::vector<MeshRows> rows;

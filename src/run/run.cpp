@@ -142,12 +142,8 @@ class Run {
     } else {
       output.begin();
     }
-    for (const std::string& line : record_.mesh) {
-      console_.tell(line);
-    }
-    for (const std::string& line : world.first_remarks()) {
-      console_.tell(line);
-    }
+    console_.tell(record_.mesh);
+    console_.tell(world.first_remarks());
     if (checkpoint_ != nullptr) {
       console_.tell("goes on from " + checkpoint_->path() + ": time " + time_text(world.time()) + ", step " +
                     std::to_string(world.steps()));

@@ -126,12 +126,8 @@ void run_steps(SteppedRun& run, const TimeOptions& options, Console& console, Ch
            (options.max_steps > 0 && run.step() >= options.max_steps);
   };
   const auto tell_remarks = [&] {
-    for (const std::string& line : run.remarks()) {
-      console.tell(line);
-    }
-    for (const std::string& line : remarks_of(counts, options)) {
-      console.tell(line);
-    }
+    console.tell(run.remarks());
+    console.tell(remarks_of(counts, options));
   };
   const auto checkpoint = [&] {
     if (checkpoints != nullptr) {

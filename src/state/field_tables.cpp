@@ -68,10 +68,8 @@ void for_each_on_object(const FieldRegistry& fields, const std::string& group, c
 
 /// Reads the values once on the object, and the sums. Collective.
 void read_object_fields(const Hdf5File& file, const std::string& group, FieldRegistry& fields) {
-  int rank = 0;
-  int ranks = 1;
-  MPI_Comm_rank(file.comm(), &rank);
-  MPI_Comm_size(file.comm(), &ranks);
+  const int rank = rank_of(file.comm());
+  const int ranks = ranks_of(file.comm());
   for_each_on_object(fields, group, [&](const FieldRegistry::Entry& entry, const std::string& name, auto* values) {
     using Values = std::remove_pointer_t<decltype(values)>;
     const auto refuse = [&](std::size_t found, const std::string& expected) {

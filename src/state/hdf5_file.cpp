@@ -100,9 +100,8 @@ hid_t collective_transfer() {
 
 }  // namespace
 
-Hdf5File::Hdf5File(MPI_Comm comm, std::string path, Mode mode) : comm_(comm), path_(std::move(path)), mode_(mode) {
-  MPI_Comm_rank(comm_, &rank_);
-  MPI_Comm_size(comm_, &ranks_);
+Hdf5File::Hdf5File(MPI_Comm comm, std::string path, Mode mode)
+    : comm_(comm), path_(std::move(path)), mode_(mode), rank_(rank_of(comm)), ranks_(ranks_of(comm)) {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // What fails becomes an Error.
   const Id access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   H5Pset_fapl_mpio(access, comm_, MPI_INFO_NULL);
@@ -289,10 +288,8 @@ std::vector<std::string> Hdf5File::read_lines(const std::string& name) const {
 }
 
 unsigned long file_checksum(MPI_Comm comm, const std::string& path, long long bytes) {
-  int rank = 0;
-  int ranks = 1;
-  MPI_Comm_rank(comm, &rank);
-  MPI_Comm_size(comm, &ranks);
+  const int rank = rank_of(comm);
+  const int ranks = ranks_of(comm);
   const long long first = Hdf5File::first_of_share(bytes, rank, ranks);
   const long long end = Hdf5File::first_of_share(bytes, rank + 1, ranks);
   unsigned long sum = 0;

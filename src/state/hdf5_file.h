@@ -99,8 +99,8 @@ class Hdf5File {
   MPI_Comm comm_;
   std::string path_;
   Mode mode_;
-  int rank_ = 0;
-  int ranks_ = 1;
+  int rank_;
+  int ranks_;
   long long file_ = -1;
   long long written_ = 0;  ///< upper bound of the bytes of the tables written so far
 };

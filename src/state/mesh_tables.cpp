@@ -39,9 +39,7 @@ void set(std::vector<Point>& points, const std::vector<Number>& numbers, Member 
 
 void write_mesh(Hdf5File& file, const std::string& group, const MeshRows& rows) {
   MPI_Comm comm = file.comm();
-  int ranks = 1;
-  MPI_Comm_size(comm, &ranks);
-  file.write_once<int>(group + "/ranks", {ranks});
+  file.write_once<int>(group + "/ranks", {ranks_of(comm)});
   file.write_once<int>(group + "/corners", {rows.corners});
   file.write_lines(group + "/groups", rows.groups);
   file.write_lines(group + "/fields", rows.fields);
@@ -88,8 +86,7 @@ void write_mesh(Hdf5File& file, const std::string& group, const MeshRows& rows) 
 }
 
 MeshRows read_mesh(const Hdf5File& file, const std::string& group) {
-  int ranks = 1;
-  MPI_Comm_size(file.comm(), &ranks);
+  const int ranks = ranks_of(file.comm());
   MeshRows rows;
   rows.corners = file.read_all<int>(group + "/corners").at(0);
   rows.groups = file.read_lines(group + "/groups");

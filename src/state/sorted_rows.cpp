@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <limits>
-#include <numeric>
 
 #include "base/error.h"
+#include "base/sorting.h"
 #include "parallel/collective.h"
 
 namespace pellicle {
@@ -13,9 +13,8 @@ inline namespace state {
 namespace {
 
 /// The rank of each id, if the range of all ids is divided into equal parts. Collective.
-std::vector<int> ranks_of(MPI_Comm comm, const std::vector<PetscInt>& ids) {
-  int ranks = 1;
-  MPI_Comm_size(comm, &ranks);
+std::vector<int> homes_of(MPI_Comm comm, const std::vector<PetscInt>& ids) {
+  const int ranks = ranks_of(comm);
   const PetscInt end = max_over_ranks(comm, ids.empty() ? 0 : *std::max_element(ids.begin(), ids.end()) + 1);
   std::vector<int> result;
   for (const PetscInt id : ids) {
@@ -43,12 +42,8 @@ std::vector<int> holders(MPI_Comm comm, const std::vector<PetscInt>& ids, const 
 }  // namespace
 
 SortedRows::SortedRows(MPI_Comm comm, const std::vector<PetscInt>& ids)
-    : count_(static_cast<PetscInt>(ids.size())), route_(comm, ranks_of(comm, ids)) {
-  const std::vector<PetscInt> arrived = route_.send(ids);
-  order_.resize(arrived.size());
-  std::iota(order_.begin(), order_.end(), 0);
-  const auto id = [&arrived](PetscInt row) { return arrived[row]; };
-  std::sort(order_.begin(), order_.end(), [&id](PetscInt a, PetscInt b) { return id(a) < id(b); });
+    : count_(static_cast<PetscInt>(ids.size())), route_(comm, homes_of(comm, ids)) {
+  order_ = ordered_by(route_.send(ids));
 }
 
 RowsOfIds::RowsOfIds(MPI_Comm comm, const std::vector<PetscInt>& ids, const std::vector<PetscInt>& wanted)

@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <iterator>
 #include <memory_resource>
-#include <numeric>
 #include <set>
 #include <unordered_map>
 #include <utility>
@@ -15,6 +14,7 @@
 #include "base/error.h"
 #include "base/handle.h"
 #include "base/noise.h"
+#include "base/sorting.h"
 #include "parallel/collective.h"
 #include "parallel/exchange.h"
 #include "parallel/route.h"
@@ -28,15 +28,6 @@ namespace {
 
 /// A rank, and the number of an item among those that the rank owns. Ghosts are in this order.
 using Owner = std::pair<int, PetscInt>;
-
-/// The numbers 0, 1, ... of items, ordered by their keys.
-template <class Key>
-std::vector<PetscInt> ordered_by(const std::vector<Key>& keys) {
-  std::vector<PetscInt> items(keys.size());
-  std::iota(items.begin(), items.end(), 0);
-  std::sort(items.begin(), items.end(), [&keys](PetscInt a, PetscInt b) { return keys[a] < keys[b]; });
-  return items;
-}
 
 template <class Value>
 std::vector<Value> picked(const std::vector<Value>& values, const std::vector<PetscInt>& items) {
@@ -57,7 +48,6 @@ std::vector<PetscInt> ids_of(const std::vector<MeshRows::Point>& points) {
 CellGraph cell_graph(const std::vector<PetscInt>& corners, PetscInt count) {
   const std::vector<PetscInt> opposite = opposite_sides(corners, static_cast<std::size_t>(count));
   CellGraph graph;
-  graph.offsets.push_back(0);
   for (std::size_t side = 0; side < opposite.size(); ++side) {
     if (opposite[side] >= 0) {
       graph.neighbours.push_back(opposite[side] / count);
@@ -72,8 +62,7 @@ CellGraph cell_graph(const std::vector<PetscInt>& corners, PetscInt count) {
 /// Splits a graph on rank 0 with a partitioner of PETSc. Collective.
 /// @returns on rank 0 the part of each cell
 std::vector<int> partition_with_petsc(MPI_Comm comm, CellGraph graph, const std::string& type) {
-  int ranks = 1;
-  MPI_Comm_size(comm, &ranks);
+  const int ranks = ranks_of(comm);
   Handle<PetscPartitioner, PetscPartitionerDestroy> partitioner;
   Handle<PetscSection, PetscSectionDestroy> sizes;
   Handle<IS, ISDestroy> cells_by_part;
@@ -102,8 +91,6 @@ std::vector<int> partition_with_petsc(MPI_Comm comm, CellGraph graph, const std:
 /// Target rank of each cell of this rank. Only the graph of the cells, in the order of their ids, and their loads are
 /// gathered on rank 0. Collective.
 std::vector<int> find_parts(MPI_Comm comm, const MeshRows& rows, const SheetOptions& options) {
-  int ranks = 1;
-  MPI_Comm_size(comm, &ranks);
   const Route to_root(comm, std::vector<int>(rows.cells.size(), 0));
   const std::vector<PetscInt> order = ordered_by(to_root.send(ids_of(rows.cells)));
   const std::size_t count = rows.corners;
@@ -120,7 +107,7 @@ std::vector<int> find_parts(MPI_Comm comm, const MeshRows& rows, const SheetOpti
     load = picked(to_root.send(rows.load), order);
   }
   const std::vector<int> sorted_part = options.partitioner == Partitioner::metis
-                                           ? partition_with_metis(std::move(graph), ranks, load)
+                                           ? partition_with_metis(std::move(graph), ranks_of(comm), load)
                                            : partition_with_petsc(comm, std::move(graph), options.partitioner.name());
   std::vector<int> part(sorted_part.size());
   for (std::size_t i = 0; i < order.size(); ++i) {
@@ -152,8 +139,7 @@ struct CellTable {
 
 /// For each vertex the rank that records which ranks hold it.
 std::vector<int> homes_of(MPI_Comm comm, const std::vector<PetscInt>& ids) {
-  int ranks = 1;
-  MPI_Comm_size(comm, &ranks);
+  const int ranks = ranks_of(comm);
   std::vector<int> homes(ids.size());
   std::transform(ids.begin(), ids.end(), homes.begin(), [ranks](PetscInt id) { return static_cast<int>(id % ranks); });
   return homes;
@@ -198,13 +184,6 @@ std::set<Owner> next_layer(MPI_Comm comm, const std::vector<PetscInt>& constrain
     }
   }
   return wanted;
-}
-
-/// The distinct numbers in ascending order.
-std::vector<PetscInt> without_repeats(std::vector<PetscInt> numbers) {
-  std::sort(numbers.begin(), numbers.end());
-  numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
-  return numbers;
 }
 
 /// Finds the place of an id in a list.
@@ -329,8 +308,6 @@ Layout layout_with(MPI_Comm comm, PetscInt owned, const std::vector<Owner>& ghos
 
 Distribution::Distribution(MPI_Comm comm, MeshRows rows, int layers, Numbering numbering, const SheetOptions& options)
     : comm_(comm), rows_(std::move(rows)) {
-  int rank = 0;
-  MPI_Comm_rank(comm, &rank);
   const std::size_t count = rows_.corners;
   if (!on_any_rank(comm, !rows_.part.empty())) {
     rows_.part = find_parts(comm, rows_, options);
@@ -394,7 +371,7 @@ Distribution::Distribution(MPI_Comm comm, MeshRows rows, int layers, Numbering n
   std::vector<PetscInt> own;
   std::vector<PetscInt> others;
   for (std::size_t i = 0; i < vertices.size(); ++i) {
-    (owner[i] == rank ? own : others).push_back(static_cast<PetscInt>(i));
+    (owner[i] == rank_of(comm) ? own : others).push_back(static_cast<PetscInt>(i));
   }
   const Route to_vertex_owner(comm, picked(owner, others));
   const std::vector<PetscInt> asked = to_vertex_owner.send(picked(vertices, others));

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 
+#include "geometry/pressure_load.h"
 #include "surface/surface.h"
 
 namespace pellicle {
@@ -28,6 +29,21 @@ class DrawnPlaces {
   bool has_centre_;
   Eigen::Vector3d centre_;
 };
+
+/// Places of the points of one surface triangle. @param positions as of DrawnPlaces
+inline std::array<Eigen::Vector3d, 3> places_of_triangle(const Surface& surface, const double* positions,
+                                                         std::size_t triangle) {
+  return DrawnPlaces(surface, positions, surface.element_of_triangle(triangle))(surface.triangles[triangle]);
+}
+
+/// Area times normal of an element, of a quad that of its diagonals [m^2]. @param positions as of DrawnPlaces
+inline Eigen::Vector3d element_area_vector(const Surface& surface, const double* positions, std::size_t element) {
+  const auto corner = [&](std::size_t k) {
+    return Eigen::Map<const Eigen::Vector3d>(positions + 3 * surface.corner(element, k));
+  };
+  return surface.has_quads() ? quad_area_vector(corner(0), corner(1), corner(2), corner(3))
+                             : area_vector(corner(0), corner(1), corner(2));
+}
 
 }  // namespace surface
 }  // namespace pellicle

@@ -8,7 +8,6 @@
 #include "parallel/collective.h"
 #include "parallel/field.h"
 #include "surface/distribution.h"
-#include "surface/membrane_geometry.h"
 
 namespace pellicle {
 inline namespace surface {
@@ -130,8 +129,6 @@ std::vector<double> vertex_areas(const Membrane& membrane) {
 }
 
 MeshRows rows_of(const Membrane& membrane, const Records& particles, const Records& elements) {
-  int rank = 0;
-  MPI_Comm_rank(membrane.comm(), &rank);
   MeshRows rows = vertex_rows(membrane, membrane.particles.owned);
   rows.corners = 3;
   for (const auto& field : membrane.element_fields) {
@@ -151,7 +148,7 @@ MeshRows rows_of(const Membrane& membrane, const Records& particles, const Recor
     }
   }
   set_groups(membrane.comm(), rows, membrane.groups, membrane.element_groups);
-  rows.part.assign(rows.cells.size(), rank);
+  rows.part.assign(rows.cells.size(), rank_of(membrane.comm()));
   rows.vertex_data = particles;
   rows.cell_data = elements;
   rows.lattice_data = Records(0, static_cast<PetscInt>(rows.cells.size()));

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <Eigen/Core>
+#include <array>
 #include <map>
 #include <string>
 #include <vector>
@@ -54,6 +56,19 @@ MeshRows rows_of(const Membrane& membrane, const Records& particles, const Recor
 /// Collective.
 /// @returns (3 x local) [m]
 Eigen::Matrix3Xd perturbed_positions(const Membrane& membrane, const SheetOptions& options);
+
+/// Two edges of a triangle, from its first corner [m].
+struct Edges {
+  Eigen::Vector3d e12;
+  Eigen::Vector3d e13;
+};
+
+/// @param positions of the local vertices, (3 x local) [m]
+inline Edges edges_of(const double* positions, const std::array<PetscInt, 3>& triangle) {
+  using Position = Eigen::Map<const Eigen::Vector3d>;
+  const Position x1(positions + 3 * triangle[0]);
+  return {Position(positions + 3 * triangle[1]) - x1, Position(positions + 3 * triangle[2]) - x1};
+}
 
 }  // namespace surface
 }  // namespace pellicle

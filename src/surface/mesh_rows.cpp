@@ -12,20 +12,6 @@ inline namespace surface {
 
 namespace {
 
-/// Rank 0's names on every rank. Collective.
-std::vector<std::string> names_of_root(MPI_Comm comm, const std::vector<std::string>& names) {
-  std::string text;
-  for (const std::string& name : names) {
-    text += name + '\0';
-  }
-  broadcast(comm, text);
-  std::vector<std::string> received;
-  for (std::size_t begin = 0; begin < text.size(); begin = text.find('\0', begin) + 1) {
-    received.emplace_back(text.c_str() + begin);
-  }
-  return received;
-}
-
 /// The rows of this rank's mesh, without the groups.
 MeshRows own_rows_of(const SurfaceMesh& mesh) {
   MeshRows rows;
@@ -67,13 +53,11 @@ MeshRows own_rows_of(const SurfaceMesh& mesh) {
 }  // namespace
 
 MeshRows rows_of(MPI_Comm comm, const SurfaceMesh& mesh) {
-  int rank = 0;
-  MPI_Comm_rank(comm, &rank);
   MeshRows rows;
   std::vector<std::string> names;  // of the groups
   Groups vertices;
   Groups cells;
-  if (rank == 0) {
+  if (rank_of(comm) == 0) {
     rows = own_rows_of(mesh);
     for (const auto& [name, members] : mesh.groups) {
       names.push_back(name);
@@ -87,8 +71,9 @@ MeshRows rows_of(MPI_Comm comm, const SurfaceMesh& mesh) {
   MPI_Bcast(shape.data(), 2, MPI_INT, 0, comm);
   rows.corners = shape[0];
   rows.has_uv = shape[1] != 0;
-  rows.fields = names_of_root(comm, rows.fields);
-  for (const std::string& name : names_of_root(comm, names)) {
+  broadcast(comm, rows.fields);
+  broadcast(comm, names);
+  for (const std::string& name : names) {
     vertices[name];
   }
   set_groups(comm, rows, vertices, cells);

@@ -43,18 +43,12 @@ std::vector<PetscInt> connected_parts(const Surface& surface, const ActiveSet& a
   constexpr PetscInt none = std::numeric_limits<PetscInt>::max();
   DisjointSets sets(surface.particles.local());
   std::vector<PetscInt> ids(surface.particles.local(), none);  // of particles with active springs
-  for (const Colour colour : all_colours) {
-    const std::vector<std::array<PetscInt, 2>>& ends = surface.of(colour).ends;
-    const std::vector<bool>& lives = active.springs[static_cast<std::size_t>(colour)];
-    for (std::size_t s = 0; s < ends.size(); ++s) {
-      if (lives[s]) {
-        sets.unite(static_cast<std::size_t>(ends[s][0]), static_cast<std::size_t>(ends[s][1]));
-        for (const PetscInt end : ends[s]) {
-          ids[end] = surface.persistent_id[end];
-        }
-      }
+  for_each_active_spring(surface, active, [&](const std::array<PetscInt, 2>& ends) {
+    sets.unite(static_cast<std::size_t>(ends[0]), static_cast<std::size_t>(ends[1]));
+    for (const PetscInt end : ends) {
+      ids[end] = surface.persistent_id[end];
     }
-  }
+  });
   std::vector<PetscInt> parts = least_connected_ids(surface.particles, sets, ids);
   std::replace(parts.begin(), parts.end(), none, PetscInt{-1});
   return parts;

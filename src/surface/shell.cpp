@@ -7,7 +7,8 @@
 #include <utility>
 
 #include "base/error.h"
-#include "geometry/quad_area.h"
+#include "base/sorting.h"
+#include "geometry/pressure_load.h"
 #include "parallel/collective.h"
 #include "parallel/exchange.h"
 #include "surface/distribution.h"
@@ -56,10 +57,11 @@ void place_lattice(Distribution& mesh, const SheetOptions& options) {
 void add_corner_masses(Distribution& mesh) {
   // In the order of the ids, so that rounding does not depend on the ranks: all cells at an owned vertex are
   // constrained.
-  std::vector<PetscInt> by_id(mesh.cells());
-  std::iota(by_id.begin(), by_id.end(), 0);
-  std::sort(by_id.begin(), by_id.end(), [&mesh](PetscInt a, PetscInt b) { return mesh.data(a).id < mesh.data(b).id; });
-  for (const PetscInt cell : by_id) {
+  std::vector<PetscInt> ids;
+  for (PetscInt cell = 0; cell < mesh.cells(); ++cell) {
+    ids.push_back(mesh.data(cell).id);
+  }
+  for (const PetscInt cell : ordered_by(ids)) {
     for (const PetscInt corner : mesh.corners<4>(cell)) {
       mesh.data(corner).mass += mesh.data(cell).mass / 4;
     }
@@ -161,8 +163,7 @@ LoadedSheet assembled(const Distribution& rows, const SheetIds& ids, const Sheet
   green.reserve(2 * sheet.piece.size());
   blue.reserve(4 * sheet.piece.size());
   yellow.reserve(2 * sheet.piece.size());
-  std::vector<PetscInt> cells(rows.cells());
-  std::iota(cells.begin(), cells.end(), 0);
+  const auto cells = numbers_up_to<PetscInt>(rows.cells());
   for (const PetscInt cell : cells) {
     const PetscInt lattice = particle_of_point[cell];
     const std::array<PetscInt, 4> triangles{4 * cell, 4 * cell + 1, 4 * cell + 2, 4 * cell + 3};
@@ -262,15 +263,11 @@ LoadedSheet make_sheet(MPI_Comm comm, MeshRows rows, const SheetIds& ids, const 
 }
 
 MeshRows rows_of(const Sheet& sheet, const std::vector<bool>& kept, const Records& particles, const Records& cells) {
-  int rank = 0;
-  MPI_Comm_rank(sheet.comm(), &rank);
   MeshRows rows = vertex_rows(sheet, sheet.owned_corners);
   rows.corners = 4;
   for (PetscInt corner = 0; corner < sheet.owned_corners; ++corner) {
     rows.vertices[corner].mass = sheet.initial_mass[corner];
   }
-  std::vector<PetscInt> corners(sheet.owned_corners);
-  std::iota(corners.begin(), corners.end(), 0);
   std::vector<PetscInt> kept_cells;
   std::vector<PetscInt> lattice;
   for (PetscInt cell = 0; cell < sheet.elements.owned; ++cell) {
@@ -284,8 +281,8 @@ MeshRows rows_of(const Sheet& sheet, const std::vector<bool>& kept, const Record
     }
   }
   set_groups(sheet.comm(), rows, sheet.groups, {});
-  rows.part.assign(kept_cells.size(), rank);
-  rows.vertex_data = particles.of_items(corners);
+  rows.part.assign(kept_cells.size(), rank_of(sheet.comm()));
+  rows.vertex_data = particles.of_items(numbers_up_to<PetscInt>(sheet.owned_corners));
   rows.lattice_data = particles.of_items(lattice);
   rows.cell_data = cells.of_items(kept_cells);
   return rows;

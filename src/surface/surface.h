@@ -77,6 +77,11 @@ struct Surface {
   MPI_Comm comm() const { return particles.comm; }
   int pieces() const { return static_cast<int>(piece_is_closed.size()); }
   bool has_quads() const { return triangles_per_element == 4; }
+  /// Number of the surface triangles of the owned elements, which come first.
+  PetscInt owned_triangles() const { return triangles_per_element * elements.owned; }
+  std::size_t element_of_triangle(std::size_t triangle) const {
+    return triangle / static_cast<std::size_t>(triangles_per_element);
+  }
   /// Side `sides_per_element() e + k` of local element e joins its corners k and k + 1.
   int sides_per_element() const { return has_quads() ? 4 : 3; }
   std::size_t element_of_side(std::size_t side) const { return side / static_cast<std::size_t>(sides_per_element()); }
@@ -110,6 +115,16 @@ struct Surface {
   }
   SpringSet& of(Colour colour) { return springs[static_cast<std::size_t>(colour)]; }
   const SpringSet& of(Colour colour) const { return springs[static_cast<std::size_t>(colour)]; }
+};
+
+/// Planes of symmetry with a common point, and the particles of a surface in them.
+struct SymmetryPlanes {
+  std::vector<Eigen::Vector3d> normals;  ///< unit vectors, 32 at most
+  /// For each local particle bit k is set if it lies in plane k; empty without planes.
+  std::vector<unsigned> of_particle;
+
+  /// Bits of the planes in which two particles both lie. Not collective.
+  unsigned common(PetscInt a, PetscInt b) const { return of_particle.empty() ? 0 : of_particle[a] & of_particle[b]; }
 };
 
 }  // namespace surface

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/stage_clock.h"
+#include "io/texture.h"
 #include "parallel/records.h"
 #include "state/hdf5_file.h"
 #include "surface/mesh_rows.h"
@@ -16,7 +17,6 @@
 #include "world/options.h"
 #include "world/stage.h"
 #include "world/state.h"
-#include "world/textures.h"
 
 namespace pellicle {
 inline namespace world {

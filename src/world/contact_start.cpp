@@ -10,6 +10,7 @@
 
 #include "base/error.h"
 #include "contact/body_contact.h"
+#include "contact/crack_faces.h"
 #include "contact/crossings.h"
 #include "contact/surface_contact.h"
 #include "contact/untangle.h"
@@ -19,14 +20,6 @@ namespace pellicle {
 inline namespace world {
 
 namespace {
-
-/// An object's surface at the start.
-struct StartingSurface {
-  ContactSurface::Part part;
-  const std::vector<bool>* active;  ///< of its surface triangles; null: all of them
-  std::vector<bool> constrained;    ///< local particles that stay where they are
-  Field& position;                  ///< ghosts up to date, before and after
-};
 
 /// @throws Error if the thickness is so large that each feature would press on hundreds of others
 void check_thickness(const std::string& object, const ContactSurface::Part& part) {
@@ -41,17 +34,17 @@ void check_thickness(const std::string& object, const ContactSurface::Part& part
 }
 
 /// Distance up to which surfaces touch: contact brings nothing nearer to each other. Collective. [m]
-double touching_distance(const std::vector<StartingSurface>& surfaces) {
+double touching_distance(const std::vector<CrackedSurface>& surfaces) {
   double thickness = std::numeric_limits<double>::infinity();
-  for (const StartingSurface& surface : surfaces) {
+  for (const CrackedSurface& surface : surfaces) {
     thickness = std::min(thickness, surface.part.thickness_or_usual());
   }
   return SurfaceContact::least_gap * thickness;
 }
 
-Crossings crossings_of(const std::vector<StartingSurface>& surfaces) {
+Crossings crossings_of(const std::vector<CrackedSurface>& surfaces) {
   std::vector<PlacedSurface> placed;
-  for (const StartingSurface& surface : surfaces) {
+  for (const CrackedSurface& surface : surfaces) {
     placed.push_back({*surface.part.surface, surface.position, surface.active});
   }
   return find_crossings(placed, touching_distance(surfaces));
@@ -71,7 +64,7 @@ struct StartingElement {
   std::array<bool, 4> lives{};
 };
 
-std::vector<StartingElement> all_elements(const std::vector<StartingSurface>& surfaces) {
+std::vector<StartingElement> all_elements(const std::vector<CrackedSurface>& surfaces) {
   std::vector<StartingElement> own;
   for (std::size_t s = 0; s < surfaces.size(); ++s) {
     const Surface& surface = *surfaces[s].part.surface;
@@ -101,7 +94,7 @@ std::vector<StartingElement> all_elements(const std::vector<StartingSurface>& su
 }
 
 /// Moves the particles of all surfaces; every rank finds the same places.
-void untangle_all(const std::vector<StartingSurface>& surfaces) {
+void untangle_all(const std::vector<CrackedSurface>& surfaces) {
   TangledMesh mesh;
   mesh.touch = touching_distance(surfaces);
   std::map<Key, int> numbers;
@@ -147,7 +140,7 @@ void untangle_all(const std::vector<StartingSurface>& surfaces) {
 }
 
 /// The lattice points of quads go with their corners, and are moved by nothing else. Collective.
-void carry_lattice(const std::vector<StartingSurface>& surfaces, const std::vector<Eigen::Matrix3Xd>& before) {
+void carry_lattice(const std::vector<CrackedSurface>& surfaces, const std::vector<Eigen::Matrix3Xd>& before) {
   for (std::size_t s = 0; s < surfaces.size(); ++s) {
     const Surface& surface = *surfaces[s].part.surface;
     Field& position = surfaces[s].position;
@@ -166,11 +159,11 @@ void carry_lattice(const std::vector<StartingSurface>& surfaces, const std::vect
 
 /// Moves surfaces apart by contact's own constraints, until the nearest are at nine tenths of where they begin to
 /// press. Collective.
-void push_apart(const ContactOptions& options, const std::vector<StartingSurface>& surfaces) {
+void push_apart(const ContactOptions& options, const std::vector<CrackedSurface>& surfaces) {
   constexpr int most = 100;
   constexpr double enough = 0.9;
   std::vector<ContactSurface::Part> parts;
-  for (const StartingSurface& surface : surfaces) {
+  for (const CrackedSurface& surface : surfaces) {
     parts.push_back(surface.part);
   }
   SurfaceContact contact(parts, options, false);
@@ -202,12 +195,12 @@ void push_apart(const ContactOptions& options, const std::vector<StartingSurface
 }  // namespace
 
 std::string settle_start(const ContactOptions& options, const std::vector<Object*>& objects) {
-  std::vector<StartingSurface> surfaces;
+  std::vector<CrackedSurface> surfaces;
   std::vector<std::string> names;
   for (Object* object : objects) {
     const Motion& motion = object->motion();
     check_thickness(object->name(), motion.contact_part());
-    surfaces.push_back({motion.contact_part(), motion.active(), motion.constrained(), object->state().position});
+    surfaces.push_back({motion.contact_part(), motion.active(), motion.constrained(), {}, object->state().position});
     names.push_back(object->name());
   }
   const Crossings crossings = crossings_of(surfaces);
@@ -222,7 +215,7 @@ std::string settle_start(const ContactOptions& options, const std::vector<Object
     return tangle + "; they are left so, see contact.start";
   }
   std::vector<Eigen::Matrix3Xd> before;
-  for (const StartingSurface& surface : surfaces) {
+  for (const CrackedSurface& surface : surfaces) {
     before.emplace_back(surface.position.values());
   }
   untangle_all(surfaces);

@@ -146,11 +146,11 @@ StageResult AblationStage::begin(Step& step) {
   const double time = state_.time + step.h;
   set_level(level_, surface_, fields_.mass, options_.ablation.loss_mass);
   const auto has_burnt = [this](PetscInt particle) { return level_[particle] < 0; };
-  const auto per_element = static_cast<std::size_t>(surface_.triangles_per_element);
   for (std::size_t t = 0; t < surface_.triangles.size(); ++t) {
     const auto& [a, b, c] = surface_.triangles[t];
-    if (fields_.burn_time[t / per_element] < 0 && (has_burnt(a) || has_burnt(b) || has_burnt(c))) {
-      fields_.burn_time[t / per_element] = time;
+    double& burn_time = fields_.burn_time[surface_.element_of_triangle(t)];
+    if (burn_time < 0 && (has_burnt(a) || has_burnt(b) || has_burnt(c))) {
+      burn_time = time;
     }
   }
   step.has_burnt = ablation_.burn_away(fields_.active, level_);

@@ -9,10 +9,10 @@
 #include "base/stage_clock.h"
 #include "contact/bodies.h"
 #include "heat/conduction.h"
+#include "io/texture.h"
 #include "world/options.h"
 #include "world/stage.h"
 #include "world/state.h"
-#include "world/textures.h"
 
 namespace pellicle {
 inline namespace world {

@@ -164,9 +164,7 @@ LoadedMesh load_mesh(MPI_Comm comm, const Options& options) {
 }
 
 std::string partition_line(const Surface& points) {
-  int ranks = 1;
-  MPI_Comm_size(points.comm(), &ranks);
-  return fmt::format("ranks: {}; partition: edge cut {}, imbalance {:.3f}", ranks,
+  return fmt::format("ranks: {}; partition: edge cut {}, imbalance {:.3f}", ranks_of(points.comm()),
                      static_cast<int>(points.partition.edge_cut), points.partition.imbalance);
 }
 

@@ -10,6 +10,7 @@
 #include "contact/crack_faces.h"
 #include "equilibrium/equilibrium.h"
 #include "io/frame_writer.h"
+#include "io/texture.h"
 #include "state/hdf5_file.h"
 #include "surface/mesh_rows.h"
 #include "surface/surface.h"
@@ -19,7 +20,6 @@
 #include "world/run_plan.h"
 #include "world/stage.h"
 #include "world/state.h"
-#include "world/textures.h"
 
 namespace pellicle {
 inline namespace world {

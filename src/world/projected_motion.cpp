@@ -11,11 +11,11 @@
 #include "base/units.h"
 #include "contact/body_correction.h"
 #include "elastic/mass_part.h"
+#include "io/texture.h"
 #include "parallel/collective.h"
 #include "projection/successive_projection.h"
 #include "world/pressure_impulse.h"
 #include "world/sheet_motion.h"
-#include "world/textures.h"
 
 namespace pellicle {
 inline namespace world {
@@ -96,9 +96,7 @@ class ProjectedMotion : public SheetMotion {
   StageResult project(bool& is_done);
   StageResult project_springs();
   void begin_masses(const Field& positions);
-  ContactStep contact_step() const {
-    return {sheet_.particles, start_, constrained_, state_.time + h_, h_, mass_, &start_velocity_};
-  }
+  ContactStep contact_step() const { return {start_, constrained_, state_.time + h_, h_, mass_, &start_velocity_}; }
 
   BodyCorrection bodies_;  ///< none if the forces of bodies are brought into balance
   SuccessiveProjection projection_;

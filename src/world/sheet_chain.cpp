@@ -100,9 +100,8 @@ class SheetChain : public Chain {
   std::optional<MovedSurface> spread(const Surface& surface, const State& state,
                                      const std::vector<double>& load) const override {
     constexpr int interval = 50;  // steps
-    int ranks = 1;
-    MPI_Comm_size(surface.comm(), &ranks);
-    if (ranks == 1 || options_.sheet.partitioner != Partitioner::metis || state.step % interval != 0) {
+    if (ranks_of(surface.comm()) == 1 || options_.sheet.partitioner != Partitioner::metis ||
+        state.step % interval != 0) {
       return {};
     }
     const RankShares shares = shares_of_ranks(surface.comm(), std::accumulate(load.begin(), load.end(), 0.0));

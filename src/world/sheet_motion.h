@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "ablation/spring_stress.h"
+#include "io/texture.h"
 #include "surface/sheet.h"
 #include "surface/weave_strain.h"
 #include "world/surface_motion.h"
-#include "world/textures.h"
 
 namespace pellicle {
 inline namespace world {

@@ -14,9 +14,9 @@
 #include "elastic/elastic_sheet.h"
 #include "elastic/spring_sheet.h"
 #include "energies/vertex_potential.h"
+#include "io/texture.h"
 #include "parallel/collective.h"
 #include "world/sheet_motion.h"
-#include "world/textures.h"
 
 namespace pellicle {
 inline namespace world {

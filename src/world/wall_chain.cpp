@@ -7,7 +7,6 @@
 #include "state/mesh_tables.h"
 #include "surface/compaction.h"
 #include "surface/membrane.h"
-#include "surface/membrane_geometry.h"
 #include "world/chain.h"
 #include "world/fire_stages.h"
 #include "world/load_mesh.h"

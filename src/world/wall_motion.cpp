@@ -12,7 +12,7 @@
 #include "combustion/combustion.h"
 #include "energies/vertex_potential.h"
 #include "parallel/collective.h"
-#include "surface/membrane_geometry.h"
+#include "surface/membrane.h"
 
 namespace pellicle {
 inline namespace world {

@@ -8,11 +8,11 @@
 #include "constraints/constraints.h"
 #include "constraints/point_loads.h"
 #include "equilibrium/wall_part.h"
+#include "io/texture.h"
 #include "prism/prism_elements.h"
 #include "prism/volume_preservation.h"
 #include "prism/wall_bending.h"
 #include "world/surface_motion.h"
-#include "world/textures.h"
 
 namespace pellicle {
 inline namespace world {

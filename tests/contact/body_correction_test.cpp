@@ -37,7 +37,7 @@ class BodyCorrectionTest : public ::testing::Test {
     velocities.values().colwise() += h * gravity;
     positions.values() += h * velocities.values();
     time += h;
-    const ContactStep step{particles, start, pinned, time, h, mass};
+    const ContactStep step{start, pinned, time, h, mass};
     correct(bodies, step);
     velocities.values() = (positions.values() - start.values()) / h;
     bodies.correct_velocities(velocities, positions, step);
@@ -80,7 +80,7 @@ TEST_F(BodyCorrectionTest, sphere_pushes_out_to_its_radius_and_margin) {
   positions.vector(2) = ball.centre + 0.52 * direction;
   start.values() = positions.values();
   BodyCorrection bodies = one(ball);
-  EXPECT_EQ(correct(bodies, {particles, start, pinned, 1, 1, mass}), 2);
+  EXPECT_EQ(correct(bodies, {start, pinned, 1, 1, mass}), 2);
   EXPECT_LT((positions.vector(0) - ball.centre - 0.51 * direction).norm(), 1e-12);
   EXPECT_LT((positions.vector(1) - ball.centre - 0.51 * direction).norm(), 1e-12);
   EXPECT_EQ(positions.vector(2), ball.centre + 0.52 * direction) << "left alone";
@@ -96,7 +96,7 @@ TEST_F(BodyCorrectionTest, friction_on_a_sphere_leaves_points_on_it) {
   }
   const Eigen::Matrix3Xd before = positions.values();
   BodyCorrection bodies = one(ball);
-  EXPECT_EQ(correct(bodies, {particles, start, pinned, 1, 1, mass}), 3);
+  EXPECT_EQ(correct(bodies, {start, pinned, 1, 1, mass}), 3);
   for (PetscInt i = 0; i < 3; ++i) {
     const Eigen::Vector3d normal = before.col(i).normalized();
     const Eigen::Vector3d pushed = 0.5 * normal;
@@ -205,7 +205,7 @@ TEST_F(BodyCorrectionTest, force_at_rest_is_the_weight) {
   BodyCorrection floor = one(plane({0, 0, 1}, 0.5));
   for (int n = 0; n < 3; ++n) {
     advance(floor, 0.01);
-    const std::vector<BodyLoad> loads = floor.loads(positions, {particles, start, pinned, time, 0.01, mass});
+    const std::vector<BodyLoad> loads = floor.loads(positions, {start, pinned, time, 0.01, mass});
     const double weight = 0.1 * g * static_cast<double>(particles.global);
     EXPECT_LT((loads[0].force - Eigen::Vector3d(0, 0, -weight)).norm(), 1e-9 * weight);
     EXPECT_NEAR(loads[0].gap, 0, 1e-15);
@@ -225,7 +225,7 @@ TEST_F(BodyCorrectionTest, particles_rebound_with_the_restitution) {
   }();
   start.values() = positions.values();
   positions.values() += 0.01 * velocities.values();
-  const ContactStep step{particles, start, pinned, 0.01, 0.01, mass, &before};
+  const ContactStep step{start, pinned, 0.01, 0.01, mass, &before};
   correct(floor, step);
   velocities.values() = (positions.values() - start.values()) / 0.01;
   floor.correct_velocities(velocities, positions, step);
@@ -238,7 +238,7 @@ TEST_F(BodyCorrectionTest, pinned_particles_are_left_alone) {
   pinned[1] = true;
   positions.values().row(2).setConstant(-0.1);
   velocities.values().row(2).setConstant(-1);
-  const ContactStep step{particles, start, pinned, 1, 1, mass};
+  const ContactStep step{start, pinned, 1, 1, mass};
   BodyCorrection floor = one(plane({0, 0, 1}, 0.5));
   EXPECT_EQ(correct(floor, step), 2);
   EXPECT_EQ(positions.vector(0).z(), 0);

@@ -11,7 +11,7 @@
 #include "heat/diffusion_graph.h"
 #include "parallel/field.h"
 #include "surface/active_set.h"
-#include "surface/membrane_geometry.h"
+#include "surface/membrane.h"
 #include "surface/shell.h"
 #include "tests/support/grid_mesh.h"
 

@@ -22,7 +22,7 @@ inline DrawnSurface whole_surface(const Membrane& membrane) {
       if (point < 0) {
         point = static_cast<PetscInt>(surface.points.size());
         surface.points.push_back(
-            {{corner}, {1}, membrane.persistent_id[corner], corner < membrane.particles.owned, 0, 0});
+            {{{corner}, {1}}, membrane.persistent_id[corner], corner < membrane.particles.owned, 0, 0});
       }
       corner = point;
     }
@@ -39,7 +39,7 @@ inline DrawnSurface whole_surface(const Sheet& sheet) {
   std::vector<PetscInt> number(sheet.persistent_id.size(), -1);
   const auto add = [&](PetscInt of, std::array<PetscInt, 4> particles, std::array<double, 4> weights, double centre) {
     number[of] = static_cast<PetscInt>(surface.points.size());
-    surface.points.push_back({particles, weights, sheet.persistent_id[of], of < sheet.particles.owned, of, centre});
+    surface.points.push_back({{particles, weights}, sheet.persistent_id[of], of < sheet.particles.owned, of, centre});
   };
   for (const auto& round : sheet.cells) {
     for (const PetscInt corner : round) {

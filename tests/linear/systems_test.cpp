@@ -10,7 +10,6 @@
 #include "geometry/principal_axes.h"
 #include "linear/backtracking.h"
 #include "linear/bordered_system.h"
-#include "linear/load_border.h"
 #include "linear/newton.h"
 #include "tests/linear/chain_matrix.h"
 #include "tests/support/solver_options.h"

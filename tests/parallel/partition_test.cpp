@@ -13,7 +13,6 @@ namespace {
 /// Cells of a grid, joined by their sides.
 CellGraph grid_graph(int nx, int ny) {
   CellGraph graph;
-  graph.offsets.push_back(0);
   for (int j = 0; j < ny; ++j) {
     for (int i = 0; i < nx; ++i) {
       const int cell = j * nx + i;

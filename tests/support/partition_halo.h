@@ -50,7 +50,6 @@ class CellsOfVertices {
 inline CellGraph graph_of_quads(const std::vector<PetscInt>& corners) {
   const std::vector<PetscInt> opposite = opposite_sides(corners, 4);
   CellGraph graph;
-  graph.offsets.push_back(0);
   for (std::size_t side = 0; side < opposite.size(); ++side) {
     if (opposite[side] >= 0) {
       graph.neighbours.push_back(opposite[side] / 4);

@@ -1,8 +1,7 @@
-#include "surface/membrane_geometry.h"
-
 #include <gtest/gtest.h>
 
 #include "meshing/surface_mesh.h"
+#include "surface/membrane.h"
 #include "tests/support/grid_mesh.h"
 
 namespace pellicle {

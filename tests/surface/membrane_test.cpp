@@ -8,6 +8,7 @@
 #include <random>
 #include <set>
 
+#include "base/sorting.h"
 #include "meshing/generators.h"
 #include "meshing/surface_mesh.h"
 #include "meshing/triangulation.h"
@@ -31,7 +32,7 @@ void shuffle_points(SurfaceMesh& mesh, std::mt19937& generator) {
   std::for_each(mesh.faces.begin(), mesh.faces.end(), renumber);
   for (auto& group : mesh.groups) {
     renumber(group.second);
-    sort_members(group.second);
+    group.second = without_repeats(std::move(group.second));
   }
 }
 

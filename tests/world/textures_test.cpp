@@ -1,13 +1,12 @@
 // What each texture of a deck does to the chain that reads it: its sense, both ends of its range, and where it is read.
 
-#include "world/textures.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
 #include <cmath>
 
 #include "heat/heat_balance.h"
+#include "io/texture.h"
 #include "meshing/closed_shapes.h"
 #include "tests/support/grid_mesh.h"
 #include "tests/support/picture.h"
