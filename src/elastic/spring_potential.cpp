@@ -225,9 +225,7 @@ void SpringPotential::add_hessian(const HessianBlocks& blocks) const {
     if (!springs_[s].acts()) {
       continue;
     }
-    Eigen::Matrix3d block = curved->direction * curved->direction.transpose();
-    block.diagonal().array() += curved->across;
-    ++curved;
+    const Eigen::Matrix3d block = (curved++)->block();
     const std::size_t pair = 4 * s;
     blocks.add(pair, block);
     blocks.add(pair + 1, -block);

@@ -52,6 +52,8 @@ class Tangent {
   const Layout& reach() const { return reach_; }
   /// Projectors of the vertices of `reach()`.
   const Projectors& projectors() const { return projectors_; }
+  /// The owned vertices that may not move in all directions, ascending.
+  const std::vector<PetscInt>& bound() const { return bound_; }
   /// Passes on the owned vertices' rows, as last updated, with vertices of `reach()`. Blocks that come several times
   /// are to be summed. For sbaij half of the blocks come. Terms in constrained directions may come or not. Not
   /// collective.
@@ -100,6 +102,7 @@ class Tangent {
   Layout reach_;                  ///< see reach()
   LocalNumbers numbers_;          ///< in `reach_`
   Projectors projectors_;         ///< see projectors()
+  std::vector<PetscInt> bound_;   ///< see bound()
   bool any_constrained_ = false;  ///< on any rank
 
   Rows rows_;
