@@ -5,8 +5,7 @@
 #include <utility>
 
 #include "base/error.h"
-#include "energies/block_product.h"
-#include "energies/term_product.h"
+#include "energies/tangent_products.h"
 #include "linear/ksp.h"
 #include "linear/shell_operations.h"
 #include "parallel/collective.h"

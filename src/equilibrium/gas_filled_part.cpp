@@ -121,11 +121,11 @@ const Eigen::Matrix3Xd& GasFilledPart::gradient() {
   return gradient_;
 }
 
-void GasFilledPart::begin_tangent(Curvature curvature, double psd_blend) {
-  part_.begin_tangent(curvature, psd_blend);
+void GasFilledPart::begin_tangent(double psd_blend) {
+  part_.begin_tangent(psd_blend);
   stiffness_.set_psd_blend(psd_blend);
   set_load_(gas_->load_pressure(number_));
-  left_ = curvature == Curvature::psd ? 0 : 1 - psd_blend;
+  left_ = 1 - psd_blend;
 }
 
 double GasFilledPart::stiffness_scale() {

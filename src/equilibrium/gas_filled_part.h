@@ -78,9 +78,9 @@ class GasFilledPart : public ExtendedPart, public GasFilled {
   double value() override { return part_.value() + gas_->value(number_); }
   const Eigen::Matrix3Xd& gradient() override;
   const std::vector<double>& squared_forces() const override { return squares_; }
-  Eigen::VectorXd own_rows() override { return -pressure_scales().cwiseProduct(volume_residual()); }
+  Eigen::VectorXd own_rows() const override { return -pressure_scales().cwiseProduct(volume_residual()); }
   int columns() const override { return own_.chambers->count(); }
-  void begin_tangent(Curvature curvature, double psd_blend) override;
+  void begin_tangent(double psd_blend) override;
   LowRank dense_tangent() override { return projected(gas_->begin_tangent(number_, left_), projectors()); }
   double stiffness_scale() override;
   std::vector<int> prescribed() const override { return gas_->prescribed(number_); }

@@ -204,14 +204,12 @@ ImplicitResult ImplicitStep::advance(double h) {
     judge(newton, result);
   } else {
     result.reason = words_of_failure(newton);
-    objective_.move_to(unknowns_);
   }
   return result;
 }
 
 /// Checks the residual at which SNES has ended.
 void ImplicitStep::judge(const NewtonResult& newton, ImplicitResult& result) {
-  objective_.move_to(unknowns_);
   objective_.compute_residual(newton_->residual());  // SNES need not have computed it: with ksponly it has not.
   const double largest = objective_.residual_scale(options_.snes_rtol);
   check(VecNorm(newton_->residual(), NORM_2, &result.residual));
@@ -288,7 +286,7 @@ void ImplicitStep::update_jacobian() {
   }
   const bool renews_patches = patches_ && !is_factorised_ && patches_->due();
   if (renews_patches || positive_ != nullptr) {
-    objective_.update_tangent(Curvature::psd, system_);
+    objective_.update_tangent(system_, 1);
     if (renews_patches) {
       patches_->refresh(objective_.position());
     }
@@ -297,7 +295,7 @@ void ImplicitStep::update_jacobian() {
     }
   }
   if (!renews_patches || fraction_ < 1) {
-    set_tangent(fraction_);
+    objective_.update_tangent(system_, fraction_);
   }
   if (path_) {
     path_->update(along_->load_rate(), along_->path_scale());
@@ -316,8 +314,8 @@ PetscBool ImplicitStep::reuses_preconditioner(const NewtonRequest& request) {
   return PETSC_FALSE;
 }
 
-/// The positive share (set_tangent) at the start of an iteration: the last one's, reduced if the objective fell as the
-/// tangent predicted, otherwise increased.
+/// The share of the positive tangent (StepObjective::update_tangent) at the start of an iteration: the last one's,
+/// reduced if the objective fell as the tangent predicted, otherwise increased.
 double ImplicitStep::next_share() {
   if (options_.far == FarTangent::positive) {
     const bool may_be_exact = exact_serves_ && options_.snes_rtol < worth_exact;
@@ -377,7 +375,7 @@ LinearResult ImplicitStep::solve(Vec right_hand_side, Vec solution) {
   }
   while (result.solved == Solved::concave && fraction_ < 1) {
     fraction_ = objective_.blends() && options_.far == FarTangent::exact ? std::min(fraction_ + share_step, 1.0) : 1;
-    set_tangent(fraction_);
+    objective_.update_tangent(system_, fraction_);
     attempt();
   }
   if (fraction_ > 0 && options_.far == FarTangent::exact) {
@@ -400,15 +398,6 @@ LinearResult ImplicitStep::solve_or_factorise(Vec right_hand_side, Vec solution)
     result.iterations += iterations;
   }
   return result;
-}
-
-/// Updates the tangent. @param psd_blend 0: the exact tangent; 1: the positive one
-void ImplicitStep::set_tangent(double psd_blend) {
-  if (psd_blend == 1) {
-    objective_.update_tangent(Curvature::psd, system_);
-  } else {
-    objective_.update_tangent(Curvature::exact, system_, psd_blend);
-  }
 }
 
 LinearResult ImplicitStep::solve_once(Vec right_hand_side, Vec solution) {
@@ -446,16 +435,18 @@ std::optional<double> ImplicitStep::search(const NewtonStep& step) {
   if (before_) {
     before_->values() = objective_.position().values();
   }
+  const auto move_by = [&](double fraction) {
+    check(VecWAXPY(step.trial, -fraction, step.descent, step.position));
+    objective_.move_to(step.trial);
+  };
   const auto turns_over = [&] { return before_ && objective_.inverted(*before_, objective_.position()) > 0; };
   objective_.limit(step.residual, step.descent);
   if (path_) {
-    return backtrack(
-        [&](double fraction) -> std::optional<double> {
-          check(VecWAXPY(step.trial, -fraction, step.descent, step.position));
-          objective_.move_to(step.trial);
-          return turns_over() ? std::nullopt : std::optional(0.0);
-        },
-        0, 0, 0);
+    const auto merit = [&](double fraction) {
+      move_by(fraction);
+      return turns_over() ? std::nullopt : std::optional(0.0);
+    };
+    return backtrack(merit, 0, 0, 0);
   }
   double weight = 0;  // of the volumes' errors: larger than any multiplier, so that they are an exact penalty
   double slope = 0;
@@ -466,8 +457,7 @@ std::optional<double> ImplicitStep::search(const NewtonStep& step) {
   double before = start;
   if (bordered_) {
     const double error = volume_error();
-    check(VecWAXPY(step.trial, -1, step.descent, step.position));
-    objective_.move_to(step.trial);
+    move_by(1);
     weight = 2 * objective_.multiplier().cwiseAbs().maxCoeff();
     before += weight * error;
     slope = 0;  // only a decrease is asked for
@@ -483,8 +473,7 @@ std::optional<double> ImplicitStep::search(const NewtonStep& step) {
   const double rounding = 1e-13 * (std::abs(before) + objective_.force_scale() * objective_.length_scale());
   double after = 0;
   const auto merit = [&](double fraction) -> std::optional<double> {
-    check(VecWAXPY(step.trial, -fraction, step.descent, step.position));
-    objective_.move_to(step.trial);
+    move_by(fraction);
     if (turns_over()) {
       return std::nullopt;
     }
@@ -497,7 +486,7 @@ std::optional<double> ImplicitStep::search(const NewtonStep& step) {
     exact_serves_ = false;
     fraction_ = 1;
     objective_.move_to(step.position);
-    set_tangent(fraction_);
+    objective_.update_tangent(system_, fraction_);
     if (solve_once(step.residual, step.descent).converged) {
       objective_.limit(step.residual, step.descent);
       length = backtrack(std::cref(merit), before, 0, rounding);

@@ -109,16 +109,13 @@ class StepGas {
   };
 
   void evaluate();
-  bool has_tangent() const;
   std::vector<std::vector<GasState>> states_at(FlowingGas::Walls walls) const;
-  static void add_work(Own& own, const std::vector<GasState>& states, const Eigen::VectorXd& rates, double weight);
   void find_work();
-  void integrate_over_volumes();
-  void integrate_over_positions();
+  template <class Points>
+  void integrate(const Points& points, bool over_volumes);
   Eigen::VectorXd swept_by_rest(Own& own, const Field& end, bool (Chambers::*is_one)(int) const);
   Eigen::VectorXd swept_by_caps(Own& own, const Field& end, const Eigen::VectorXd& walls);
   double bordering_stiffness(const Own& own, int chamber) const;
-  bool is_joined(const Own& own) const { return own.chambers->has_network(); }
 
   std::vector<Own> parts_;
   FlowingGas flow_;
