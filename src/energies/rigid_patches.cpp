@@ -121,7 +121,10 @@ RigidPatches::RigidPatches(KSP solver, const Tangent& tangent, const std::vector
   }
   rows_.resize(count);
   movement_.resize(6, count);
-  make_interpolation();
+  check(MatCreateShell(vertices.comm, 3 * vertices.owned, 6 * own_patches(), PETSC_DETERMINE, PETSC_DETERMINE, this,
+                       interpolation_.create()));
+  set_shell_operation<&RigidPatches::interpolate>(interpolation_, MATOP_MULT);
+  set_shell_operation<&RigidPatches::restrict_to_patches>(interpolation_, MATOP_MULT_TRANSPOSE);
 }
 
 /// Factorises with CHOLMOD, whose blocks suit patches, on several ranks by substructures. Where the interface between
@@ -141,13 +144,6 @@ void RigidPatches::set_coarse_solver(PetscInt patches) {
   } else {
     check(PCSetType(pc, PCML));
   }
-}
-
-void RigidPatches::make_interpolation() {
-  check(MatCreateShell(tangent_.vertices().comm, 3 * tangent_.vertices().owned, 6 * own_patches(), PETSC_DETERMINE,
-                       PETSC_DETERMINE, this, interpolation_.create()));
-  set_shell_operation<&RigidPatches::interpolate>(interpolation_, MATOP_MULT);
-  set_shell_operation<&RigidPatches::restrict_to_patches>(interpolation_, MATOP_MULT_TRANSPOSE);
 }
 
 void RigidPatches::interpolate(Vec patches, Vec vertices) const {

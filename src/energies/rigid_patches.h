@@ -73,7 +73,6 @@ class RigidPatches {
   void set_coarse_solver(PetscInt patches);
   RigidPatches(KSP solver, const Tangent& tangent, const std::vector<std::array<PetscInt, 3>>& triangles,
                int patch_size);
-  void make_interpolation();
   void number_reach();
   void find_motions(const Field& x);
   Motion of_body(PetscInt vertex) const;

@@ -76,10 +76,8 @@ class StepPart {
   /// Whether the step follows arc length: the time of its loads is its only unknown beside the positions, and its last
   /// column is that of the row which this adds (LoadBorder). Such a part is the only one. Not collective.
   virtual bool follows_path() const { return false; }
-  /// For such a step: the derivative of the gradient of the owned vertices by the loads' time [N/s], and the scale of
-  /// the residual's additional row [N/m].
+  /// For such a step: the derivative of the gradient of the owned vertices by the loads' time [N/s].
   virtual Eigen::VectorXd load_rate() { return {}; }
-  virtual double path_scale() const { return 1; }
 
   /// Norm of the gradient at which the part is in balance, over the largest norm of a kind of force. Not collective.
   virtual double tolerance() const = 0;

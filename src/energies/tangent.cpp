@@ -87,7 +87,6 @@ Tangent::Tangent(const Layout& vertices, std::vector<Potential*> potentials, Pro
   if (is_shell()) {
     make_shell();
   }
-  version_ = -1;
   renew_pattern();
 }
 

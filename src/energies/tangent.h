@@ -97,7 +97,7 @@ class Tangent {
   std::vector<Part> parts_;
   Choice<TangentMatrix> type_;
   std::string prefix_;
-  PetscInt version_ = 0;  ///< sum of the potentials' pattern versions
+  PetscInt version_ = -1;  ///< sum of the potentials' pattern versions; -1: there is no pattern yet
 
   Layout reach_;                  ///< see reach()
   LocalNumbers numbers_;          ///< in `reach_`

@@ -74,11 +74,8 @@ bool may_go_on(const NewtonResult& newton) {
 
 KspDefaults solver_defaults(const NewtonOptions& options, bool suits_patches, bool may_factorise) {
   KspDefaults defaults;
-  if (options.mat_type == TangentMatrix::sbaij) {
-    defaults.preconditioner = PCBJACOBI;
-  } else {
-    defaults.preconditioner = suits_patches ? PCMG : PCPBJACOBI;
-  }
+  const PCType with_all_entries = suits_patches ? PCMG : PCPBJACOBI;
+  defaults.preconditioner = options.mat_type == TangentMatrix::sbaij ? PCBJACOBI : with_all_entries;
   defaults.rtol = options.linear_rtol();
   defaults.single_reduction = defaults.rtol >= largest_rtol_of_single_reductions;
   defaults.max_iterations = may_factorise ? most_linear_iterations : 10000;
@@ -115,13 +112,14 @@ ImplicitStep::ImplicitStep(StepObjective& objective, const NewtonOptions& option
     solver_words_ += "; with a factorisation where a solve takes more than " + std::to_string(most_linear_iterations) +
                      " iterations";
   }
+  const Border* border = nullptr;
   if (!objective_.prescribed().empty()) {
-    bordered_.emplace(system_, objective_.prescribed(), objective_.pressure_scales());
+    border = &bordered_.emplace(system_, objective_.prescribed(), objective_.pressure_scales());
   }
   if (along_ != nullptr) {
-    path_.emplace(system_);
+    border = &path_.emplace(system_);
   }
-  Mat matrix = path_ ? path_->matrix() : bordered_ ? bordered_->matrix() : system_.matrix();
+  Mat matrix = border != nullptr ? border->matrix() : system_.matrix();
   check(MatCreateVecs(matrix, unknowns_.create(), nullptr));
   if (objective.inverts()) {
     before_.emplace(objective.vertices(), 3);
@@ -132,12 +130,9 @@ ImplicitStep::ImplicitStep(StepObjective& objective, const NewtonOptions& option
   rounding_ = rounding_of_forces * objective_.force_scale() * std::sqrt(vertices);
   NewtonDefaults defaults;
   defaults.fields = {{"x", "y", "z"}, "", 0};
-  if (bordered_) {
-    defaults.fields.border = "pressure";
-    defaults.fields.border_rows = bordered_->border_rows();
-  } else if (path_) {
-    defaults.fields.border = "load";
-    defaults.fields.border_rows = path_->border_rows();
+  if (border != nullptr) {
+    defaults.fields.border = path_ ? "load" : "pressure";
+    defaults.fields.border_rows = border->border_rows();
   }
   defaults.atol = rounding_;
   defaults.rtol = options_.snes_rtol;
@@ -220,7 +215,6 @@ void ImplicitStep::judge(const NewtonResult& newton, ImplicitResult& result) {
   result.is_above_tolerance =
       result.residual > rounding &&
       result.relative_residual > (must_converge ? options_.snes_rtol : options_.residual_tolerance);
-  result.reason.clear();
   if (!(result.residual <= std::max(newton.start_residual, rounding))) {
     result.reason = fmt::format("Newton's iterations made the residual grow, from {:.2e} N to {:.2e} N",
                                 newton.start_residual, result.residual);
@@ -298,7 +292,7 @@ void ImplicitStep::update_jacobian() {
     objective_.update_tangent(system_, fraction_);
   }
   if (path_) {
-    path_->update(along_->load_rate(), along_->path_scale());
+    path_->update(along_->load_rate(), along_->force_scale() / along_->length_scale());
   }
 }
 

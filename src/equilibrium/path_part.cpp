@@ -73,7 +73,7 @@ bool PathPart::move_to(const Field& position, const Eigen::VectorXd& own) {
 }
 
 Eigen::VectorXd PathPart::own_rows() const {
-  return Eigen::VectorXd::Constant(1, path_scale() * (along_path() - length_));
+  return Eigen::VectorXd::Constant(1, force_scale() / length_scale() * (along_path() - length_));
 }
 
 Eigen::VectorXd PathPart::load_rate() {

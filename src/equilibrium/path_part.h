@@ -43,7 +43,6 @@ class PathPart : public ExtendedPart {
   LowRank dense_tangent() override;
   bool follows_path() const override { return true; }
   Eigen::VectorXd load_rate() override;
-  double path_scale() const override { return force_scale() / length_scale(); }
 
  private:
   double along_path() const;

@@ -2,7 +2,7 @@
 
 #include <functional>
 #include <memory>
-#include <optional>
+#include <utility>
 #include <vector>
 
 #include "energies/step_part.h"
@@ -141,9 +141,18 @@ class GasFilled {
   /// The gas of the part, without the name of its object.
   virtual StepGas::Part gas_part() const = 0;
   /// Replaces the gas of the part by its share of a gas that several parts have in common.
-  virtual void share_gas(std::shared_ptr<StepGas> gas, std::size_t part) = 0;
+  void share_gas(std::shared_ptr<StepGas> gas, std::size_t part) {
+    gas_ = std::move(gas);
+    number_ = part;
+  }
   /// Ends the step in progress at positions `end`. Collective. @returns mass and heat that its chambers have exchanged
-  virtual GasExchange end_gas(const Field& end) = 0;
+  GasExchange end_gas(const Field& end) { return gas_->end_step(number_, end, time_, h_); }
+
+ protected:
+  std::shared_ptr<StepGas> gas_;
+  std::size_t number_ = 0;  ///< of the part of the gas
+  double time_ = 0;         ///< at the end of the step [s]
+  double h_ = 0;            ///< its length [s]
 };
 
 }  // namespace equilibrium
