@@ -67,10 +67,9 @@ MassPart::MassPart(const Surface& surface, const std::vector<bool>& pinned, doub
   }
   length_scale_ = surface.rest.cols() > 0 ? surface.rest.cwiseAbs().maxCoeff() : 0;
   length_scale_ = max_over_ranks(surface.comm(), length_scale_);
-  double mass =
+  const double mass =
       std::accumulate(surface.initial_mass.begin(), surface.initial_mass.begin() + surface.particles.owned, 0.0);
-  mass = sum_over_ranks(surface.comm(), mass);
-  mean_mass_ = mass / static_cast<double>(surface.particles.global);
+  mean_mass_ = sum_over_ranks(surface.comm(), mass) / static_cast<double>(surface.particles.global);
   h_ = usual_h;
   force_scale_ = mean_mass_ / (usual_h * usual_h) * length_scale_;
 }

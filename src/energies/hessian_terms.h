@@ -77,11 +77,14 @@ class HessianTerms {
 template <class Take>
 class TakenBlocks : public HessianTerms {
  public:
-  TakenBlocks(PetscInt owned, const Take& take) : HessianTerms(owned), take_(take) {}
+  TakenBlocks(PetscInt owned, const Take& take, bool wants_off_diagonal = true)
+      : HessianTerms(owned), take_(take), wants_off_diagonal_(wants_off_diagonal) {}
   void add_block(PetscInt row, PetscInt column, const Eigen::Matrix3d& block) override { take_(row, column, block); }
+  bool wants_off_diagonal() const override { return wants_off_diagonal_; }
 
  private:
   const Take& take_;
+  bool wants_off_diagonal_;
 };
 
 }  // namespace energies

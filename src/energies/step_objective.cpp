@@ -315,9 +315,8 @@ bool StepObjective::blends() const {
 }
 
 double StepObjective::residual_norm() const {
-  double sum = std::accumulate(squared_residuals_.begin(), squared_residuals_.end(), 0.0);
-  sum = sum_over_ranks(comm(), sum);
-  return std::sqrt(sum);
+  const double own = std::accumulate(squared_residuals_.begin(), squared_residuals_.end(), 0.0);
+  return std::sqrt(sum_over_ranks(comm(), own));
 }
 
 bool StepObjective::inverts() const {

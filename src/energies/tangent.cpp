@@ -54,23 +54,6 @@ class VisitedBlocks : public HessianBlocks {
   HessianTerms& terms_;
 };
 
-/// Adds up the diagonal blocks of the owned vertices.
-class Diagonal : public HessianTerms {
- public:
-  explicit Diagonal(std::vector<Eigen::Matrix3d>& blocks)
-      : HessianTerms(static_cast<PetscInt>(blocks.size())), blocks_(blocks) {}
-
-  bool wants_off_diagonal() const override { return false; }
-  void add_block(PetscInt row, PetscInt column, const Eigen::Matrix3d& block) override {
-    if (row == column) {
-      blocks_[row] += block;
-    }
-  }
-
- private:
-  std::vector<Eigen::Matrix3d>& blocks_;
-};
-
 }  // namespace
 
 Tangent::Tangent(const Layout& vertices, std::vector<Potential*> potentials, Projectors projectors,
@@ -361,7 +344,12 @@ void Tangent::make_diagonal() {
       diagonal_[i] += rows_.blocks[k];
     }
   }
-  Diagonal terms(diagonal_);
+  const auto add_to_diagonal = [this](PetscInt row, PetscInt column, const Eigen::Matrix3d& block) {
+    if (row == column) {
+      diagonal_[row] += block;
+    }
+  };
+  TakenBlocks terms(owned(), add_to_diagonal, false);
   for (const Part& part : parts_) {
     visit_part(part, terms);
   }
