@@ -6,21 +6,12 @@
 
 #include "geometry/cross_matrix.h"
 #include "geometry/pressure_load.h"
+#include "prism/wall_potential.h"
 
 namespace pellicle {
 inline namespace equilibrium {
 
-std::vector<VertexPair> PressureStiffness::pattern() const {
-  std::vector<VertexPair> pairs;
-  for (const std::array<PetscInt, 3>& triangle : chambers_.surface().triangles) {
-    for (const PetscInt i : triangle) {
-      for (const PetscInt j : triangle) {
-        pairs.push_back({i, chambers_.surface().particles.to_global(j)});
-      }
-    }
-  }
-  return pairs;
-}
+std::vector<VertexPair> PressureStiffness::pattern() const { return pairs_of_elements(chambers_.surface()); }
 
 void PressureStiffness::update_hessian(const Field& x, Curvature curvature) {
   blocks_.clear();
