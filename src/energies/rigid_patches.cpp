@@ -458,7 +458,7 @@ void RigidPatches::fill_coarse() {
   for (PetscInt p = first_patch_; p < first_patch_ + own_patches(); ++p) {
     CoarseBlock& diagonal = coupling(p, p).block;
     for (int k = 0; k < 6; ++k) {  // of any size, since nothing goes there
-      diagonal(k, k) += rows_[p - first_patch_].is_idle[k] ? 1 : 0;
+      diagonal(k, k) += row(p).is_idle[k] ? 1 : 0;
     }
   }
   if (on_any_rank(comm, !is_whole_)) {

@@ -14,10 +14,7 @@ namespace pellicle {
 inline namespace energies {
 
 enum class TangentMatrix { baij, aij, sbaij, shell };
-inline const std::vector<std::string>& names_of(TangentMatrix) {
-  static const std::vector<std::string> names{"baij", "aij", "sbaij", "shell"};
-  return names;
-}
+inline std::vector<std::string> names_of(TangentMatrix) { return {"baij", "aij", "sbaij", "shell"}; }
 
 /// The matrix of Newton's method for a sum of potentials with the Hessian H: P H P + s (1 - P), with projectors P on
 /// the directions in which the vertices may move; s is the mean of the diagonal, so that constrained directions do not

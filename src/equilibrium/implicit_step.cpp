@@ -167,8 +167,8 @@ ImplicitStep::ImplicitStep(StepObjective& objective, const NewtonOptions& option
 }
 
 ImplicitResult ImplicitStep::advance(double h) {
+  ImplicitResult result;
   if (!objective_.begin_step(h)) {
-    ImplicitResult result;
     result.converged = false;
     result.reason = "what is held moves further in a step than what is near it allows";
     return result;
@@ -180,7 +180,6 @@ ImplicitResult ImplicitStep::advance(double h) {
   }
   concave_iterations_ = 0;
   choose_solver();
-  ImplicitResult result;
   NewtonResult newton;
   do {
     last_values_.clear();
