@@ -41,28 +41,25 @@ BendingPotential::BendingPotential(const Sheet& sheet, const Weave& weave, const
 void BendingPotential::make_rows() {
   const std::size_t owned = sheet_->particles.owned;
   const std::vector<PetscInt>& points = stencils_.points();
-  first_use_.assign(owned + 1, 0);
-  for (std::size_t s = 0; s < stencils_.stencils().size(); ++s) {
-    const Stencil& stencil = stencils_.stencils()[s];
-    if (stencil.is_clamped) {
-      clamped_.push_back(s);
-      continue;
-    }
-    for (std::size_t p = stencil.first; p < stencil.last; ++p) {
-      if (const std::size_t i = points[p]; i < owned) {
-        ++first_use_[i + 1];
+  const auto visit_uses = [&](const auto& take) {
+    for (std::size_t s = 0; s < stencils_.stencils().size(); ++s) {
+      const Stencil& stencil = stencils_.stencils()[s];
+      for (std::size_t p = stencil.first; p < stencil.last && !stencil.is_clamped; ++p) {
+        if (const std::size_t i = points[p]; i < owned) {
+          take(i, Use{static_cast<PetscInt>(s), static_cast<PetscInt>(p - stencil.first)});
+        }
       }
     }
-  }
+  };
+  first_use_.assign(owned + 1, 0);
+  visit_uses([&](std::size_t i, const Use& /*use*/) { ++first_use_[i + 1]; });
   std::partial_sum(first_use_.begin(), first_use_.end(), first_use_.begin());
   uses_.resize(first_use_.back());
   std::vector<std::size_t> next = first_use_;
+  visit_uses([&](std::size_t i, const Use& use) { uses_[next[i]++] = use; });
   for (std::size_t s = 0; s < stencils_.stencils().size(); ++s) {
-    const Stencil& stencil = stencils_.stencils()[s];
-    for (std::size_t p = stencil.first; p < stencil.last && !stencil.is_clamped; ++p) {
-      if (const std::size_t i = points[p]; i < owned) {
-        uses_[next[i]++] = {static_cast<PetscInt>(s), static_cast<PetscInt>(p - stencil.first)};
-      }
+    if (stencils_.stencils()[s].is_clamped) {
+      clamped_.push_back(s);
     }
   }
   std::vector<PetscInt> last_row(sheet_->particles.local(), -1);
@@ -331,14 +328,9 @@ std::vector<VertexPair> BendingPotential::pattern() const {
       pairs.push_back({j, sheet_->particles.to_global(i)});
     }
   }
-  for (const std::size_t s : clamped_) {
-    const Stencil& stencil = stencils_.stencils()[s];
-    for (std::size_t p = stencil.first; p < stencil.last; ++p) {
-      for (std::size_t q = stencil.first; q < stencil.last; ++q) {
-        pairs.push_back({stencils_.points()[p], sheet_->particles.to_global(stencils_.points()[q])});
-      }
-    }
-  }
+  visit_clamped([&](PetscInt i, PetscInt j, const Eigen::Matrix3d& /*block*/) {
+    pairs.push_back({i, sheet_->particles.to_global(j)});
+  });
   return pairs;
 }
 

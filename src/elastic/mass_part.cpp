@@ -9,6 +9,49 @@
 namespace pellicle {
 inline namespace elastic {
 
+Inertia::Inertia(const Layout& vertices) : vertices_(vertices), free_(Eigen::Matrix3Xd::Zero(3, vertices.owned)) {
+  rows_.entries.assign(vertices.owned, 0);
+  rows_.columns.reserve(rows_.entries.size());
+  rows_.offsets.reserve(rows_.entries.size() + 1);
+  for (PetscInt i = 0; i < vertices.owned; ++i) {
+    rows_.columns.push_back(i);
+    rows_.offsets.push_back(i + 1);
+  }
+}
+
+double Inertia::value(const Field& x) const {
+  double sum = 0;
+  for (PetscInt i = 0; i < vertices_.owned; ++i) {
+    sum += rows_.entries[i] * (x.vector(i) - free_.col(i)).squaredNorm();
+  }
+  return sum / 2;
+}
+
+double Inertia::add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const {
+  double sum = 0;
+  for (PetscInt i = 0; i < vertices_.owned; ++i) {
+    const double stiffness = rows_.entries[i];
+    const Eigen::Vector3d away = x.vector(i) - free_.col(i);
+    gradient.col(i) += stiffness * away;
+    sum += stiffness * away.squaredNorm();
+  }
+  return sum / 2;
+}
+
+std::vector<VertexPair> Inertia::pattern() const {
+  std::vector<VertexPair> pairs;
+  for (PetscInt i = 0; i < vertices_.owned; ++i) {
+    pairs.push_back({i, vertices_.to_global(i)});
+  }
+  return pairs;
+}
+
+void Inertia::add_hessian(const HessianBlocks& blocks) const {
+  for (std::size_t i = 0; i < rows_.entries.size(); ++i) {
+    blocks.add(i, rows_.entries[i] * Eigen::Matrix3d::Identity());
+  }
+}
+
 MassPart::MassPart(const Surface& surface, const std::vector<bool>& pinned, double tolerance, double usual_h,
                    const std::vector<Potential*>& others)
     : PartOfPotentials(surface.particles, surface.triangles, tolerance),
@@ -24,10 +67,9 @@ MassPart::MassPart(const Surface& surface, const std::vector<bool>& pinned, doub
   }
   length_scale_ = surface.rest.cols() > 0 ? surface.rest.cwiseAbs().maxCoeff() : 0;
   length_scale_ = max_over_ranks(surface.comm(), length_scale_);
-  double mass =
+  const double mass =
       std::accumulate(surface.initial_mass.begin(), surface.initial_mass.begin() + surface.particles.owned, 0.0);
-  mass = sum_over_ranks(surface.comm(), mass);
-  mean_mass_ = mass / static_cast<double>(surface.particles.global);
+  mean_mass_ = sum_over_ranks(surface.comm(), mass) / static_cast<double>(surface.particles.global);
   h_ = usual_h;
   force_scale_ = mean_mass_ / (usual_h * usual_h) * length_scale_;
 }

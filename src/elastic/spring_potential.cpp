@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <numeric>
 #include <tuple>
 
@@ -26,6 +27,29 @@ decltype(auto) of(const Spring& spring, Sets& sets) {
 constexpr std::array exact_shares{0.5, 0.8, 0.95, 0.99};
 
 }  // namespace
+
+double StrainLimit::fraction(double length, double target) const {
+  const double strain = length / target - 1;
+  if (strain < 0 && largest >= 1) {
+    return 0;
+  }
+  return (std::abs(strain) / largest - begins) / (1 - begins);
+}
+
+StrainLimit::Law StrainLimit::at(double length, double target) const {
+  const double u = fraction(length, target);
+  if (u <= 0) {
+    return {};
+  }
+  const double at = std::min(u, exact_to);
+  const double left = 1 - at;
+  const double second = 6 * at / (left * left * left * left);                          // B''
+  const double first = at * at * (3 - at) / (left * left * left) + second * (u - at);  // B'
+  const double value = at * at * at / (left * left) + (first - second * (u - at) / 2) * (u - at);
+  const double width = (1 - begins) * largest * target;  // l w
+  const double direction = length > target ? 1 : -1;
+  return {stiffness * width * width * value, direction * stiffness * width * first, stiffness * second};
+}
 
 SpringPotential::SpringPotential(const Sheet& sheet) : sheet_(&sheet) {
   const PetscInt owned = sheet.particles.owned;
@@ -74,8 +98,7 @@ double SpringPotential::largest_share(const Field& x) const {
       largest = std::max(largest, limit_->fraction((x.vector(spring.a) - x.vector(spring.b)).norm(), spring.target));
     }
   }
-  largest = max_over_ranks(sheet_->comm(), largest);
-  return largest;
+  return max_over_ranks(sheet_->comm(), largest);
 }
 
 void SpringPotential::start_from(const Field& start, Field& /*x*/, double /*h*/) {
@@ -225,9 +248,7 @@ void SpringPotential::add_hessian(const HessianBlocks& blocks) const {
     if (!springs_[s].acts()) {
       continue;
     }
-    Eigen::Matrix3d block = curved->direction * curved->direction.transpose();
-    block.diagonal().array() += curved->across;
-    ++curved;
+    const Eigen::Matrix3d block = (curved++)->block();
     const std::size_t pair = 4 * s;
     blocks.add(pair, block);
     blocks.add(pair + 1, -block);

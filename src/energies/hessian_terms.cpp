@@ -12,21 +12,24 @@ void HessianTerms::add_differences(const std::vector<DifferenceTerm>& terms) {
 }
 
 void HessianTerms::add_numbers(const NumberRows& rows) {
+  const bool is_whole = wants_off_diagonal();
   for (PetscInt i = 0; i < owned_; ++i) {
     const std::size_t last = rows.offsets[static_cast<std::size_t>(i) + 1];
-    for (std::size_t k = rows.offsets[i]; k < last; ++k) {
+    for (std::size_t k = rows.offsets[i]; k < last && (is_whole || rows.columns[k] == i); ++k) {
       add_blocks(rows, i, k);
     }
   }
 }
 
 void HessianTerms::add_blocks(const DifferenceTerm& term) {
-  Eigen::Matrix3d block = term.direction * term.direction.transpose();
-  block.diagonal().array() += term.across;
+  const Eigen::Matrix3d block = term.block();
+  const bool is_whole = wants_off_diagonal();
   for (const auto& [i, j] : {std::pair(term.a, term.b), std::pair(term.b, term.a)}) {
     if (i < owned_) {
       add_block(i, i, block);
-      add_block(i, j, -block);
+      if (is_whole) {
+        add_block(i, j, -block);
+      }
     }
   }
 }

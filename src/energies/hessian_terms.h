@@ -17,6 +17,13 @@ struct DifferenceTerm {
   PetscInt b = 0;
   Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< n; length: root of the stiffness [(N/m)^(1/2)]
   double across = 0;                                    ///< [N/m]
+
+  /// Block of each of both vertices with itself; minus that of one with the other.
+  Eigen::Matrix3d block() const {
+    Eigen::Matrix3d result = direction * direction.transpose();
+    result.diagonal().array() += across;
+    return result;
+  }
 };
 
 /// Part of a symmetric Hessian that couples vertices alike in all directions: a number e for each pair of vertices, in
@@ -70,11 +77,14 @@ class HessianTerms {
 template <class Take>
 class TakenBlocks : public HessianTerms {
  public:
-  TakenBlocks(PetscInt owned, const Take& take) : HessianTerms(owned), take_(take) {}
+  TakenBlocks(PetscInt owned, const Take& take, bool wants_off_diagonal = true)
+      : HessianTerms(owned), take_(take), wants_off_diagonal_(wants_off_diagonal) {}
   void add_block(PetscInt row, PetscInt column, const Eigen::Matrix3d& block) override { take_(row, column, block); }
+  bool wants_off_diagonal() const override { return wants_off_diagonal_; }
 
  private:
   const Take& take_;
+  bool wants_off_diagonal_;
 };
 
 }  // namespace energies

@@ -101,11 +101,5 @@ class Potential {
   virtual void visit(HessianTerms& /*terms*/) const {}
 };
 
-/// Shortens a step of Newton's method from x as the potentials require, vertex by vertex if the sum still falls along
-/// the shortened step, otherwise all vertices by the same fraction. Collective.
-/// @param step (3 x owned), to be added [m] @param gradient of the sum (3 x owned) [N]
-void limit_step(MPI_Comm comm, const std::vector<Potential*>& potentials, const Field& x,
-                const Eigen::Ref<const Eigen::Matrix3Xd>& gradient, Eigen::Ref<Eigen::Matrix3Xd> step);
-
 }  // namespace energies
 }  // namespace pellicle

@@ -121,12 +121,10 @@ RigidPatches::RigidPatches(KSP solver, const Tangent& tangent, const std::vector
   }
   rows_.resize(count);
   movement_.resize(6, count);
-  for (PetscInt i = 0; i < vertices.owned; ++i) {
-    if (is_bound(i)) {
-      bound_.push_back(i);
-    }
-  }
-  make_interpolation();
+  check(MatCreateShell(vertices.comm, 3 * vertices.owned, 6 * own_patches(), PETSC_DETERMINE, PETSC_DETERMINE, this,
+                       interpolation_.create()));
+  set_shell_operation<&RigidPatches::interpolate>(interpolation_, MATOP_MULT);
+  set_shell_operation<&RigidPatches::restrict_to_patches>(interpolation_, MATOP_MULT_TRANSPOSE);
 }
 
 /// Factorises with CHOLMOD, whose blocks suit patches, on several ranks by substructures. Where the interface between
@@ -148,13 +146,6 @@ void RigidPatches::set_coarse_solver(PetscInt patches) {
   }
 }
 
-void RigidPatches::make_interpolation() {
-  check(MatCreateShell(tangent_.vertices().comm, 3 * tangent_.vertices().owned, 6 * own_patches(), PETSC_DETERMINE,
-                       PETSC_DETERMINE, this, interpolation_.create()));
-  set_shell_operation<&RigidPatches::interpolate>(interpolation_, MATOP_MULT);
-  set_shell_operation<&RigidPatches::restrict_to_patches>(interpolation_, MATOP_MULT_TRANSPOSE);
-}
-
 void RigidPatches::interpolate(Vec patches, Vec vertices) const {
   const ConstVecValues in(patches);
   VecValues out(vertices);
@@ -165,7 +156,7 @@ void RigidPatches::interpolate(Vec patches, Vec vertices) const {
     const auto of_patch = movement_.col(local_patch(i));
     out.segment<3>(3 * i) = of_patch.head<3>() + of_patch.tail<3>().cross(arm_.col(i));
   }
-  for (const PetscInt i : bound_) {
+  for (const PetscInt i : tangent_.bound()) {
     auto shift = out.segment<3>(3 * i);
     shift = (projector(i) * shift).eval();
   }
@@ -184,7 +175,7 @@ void RigidPatches::restrict_to_patches(Vec vertices, Vec patches) const {
   for (PetscInt i = 0; i < tangent_.vertices().owned; ++i) {
     add(i, in.segment<3>(3 * i));
   }
-  for (const PetscInt i : bound_) {
+  for (const PetscInt i : tangent_.bound()) {
     const Eigen::Vector3d force = in.segment<3>(3 * i);
     add(i, projector(i) * force - force);
   }
@@ -243,7 +234,7 @@ void RigidPatches::find_motions(const Field& x) {
     gram.setZero();
     add_to(gram, moments);
   }
-  for (const PetscInt i : bound_) {
+  for (const PetscInt i : tangent_.bound()) {
     const Motion motion = of_body(i);
     basis_[local_patch(i)] += motion.transpose() * motion;
   }
@@ -313,27 +304,32 @@ class RigidPatches::Sum : public HessianTerms {
         add_blocks(term);
         continue;
       }
-      const PetscInt p = patch(term.a);
-      const PetscInt q = patch(term.b);
-      const Eigen::Vector3d arm_a = all_.arm_.col(term.a);
-      const Eigen::Vector3d arm_b = all_.arm_.col(term.b);
+      const bool is_ordered = patch(term.a) <= patch(term.b);
+      const PetscInt a = is_ordered ? term.a : term.b;
+      const PetscInt b = is_ordered ? term.b : term.a;
+      const PetscInt p = patch(a);
+      const PetscInt q = patch(b);
+      const Eigen::Vector3d arm_a = all_.arm_.col(a);
+      const Eigen::Vector3d arm_b = all_.arm_.col(b);
       if (p == q) {  // Its length stays.
         if (term.across != 0) {
           const Eigen::Vector3d difference = arm_a - arm_b;
-          all_.moments(p, p).bottomRightCorner<3, 3>() += 0.5 * term.across * difference * difference.transpose();
+          all_.coupling(p, p).moments.bottomRightCorner<3, 3>() +=
+              0.5 * term.across * difference * difference.transpose();
         }
         continue;
       }
-      add_square(p, arm_a, term);
-      add_square(q, arm_b, term);
       const Movement at_a = forces_of(term.direction, arm_a);
       const Movement at_b = forces_of(term.direction, arm_b);
-      const bool is_ordered = p < q;
-      all_.coarse_block(std::min(p, q), std::max(p, q)) -=
-          (is_ordered ? at_a : at_b) * (is_ordered ? at_b : at_a).transpose();
+      add_product<&Coupling::block>(p, p, Movement(0.5 * at_a), at_a);
+      add_product<&Coupling::block>(q, q, Movement(0.5 * at_b), at_b);
+      add_product<&Coupling::block>(p, q, Movement(-at_a), at_b);
       if (term.across != 0) {
-        all_.moments(std::min(p, q), std::max(p, q)) -=
-            term.across * with_arm(is_ordered ? arm_a : arm_b) * with_arm(is_ordered ? arm_b : arm_a).transpose();
+        const Eigen::Vector4d place_a = with_arm(arm_a);
+        const Eigen::Vector4d place_b = with_arm(arm_b);
+        add_product<&Coupling::moments>(p, p, Eigen::Vector4d(0.5 * term.across * place_a), place_a);
+        add_product<&Coupling::moments>(q, q, Eigen::Vector4d(0.5 * term.across * place_b), place_b);
+        add_product<&Coupling::moments>(p, q, Eigen::Vector4d(-term.across * place_a), place_b);
       }
     }
   }
@@ -346,9 +342,13 @@ class RigidPatches::Sum : public HessianTerms {
       Eigen::Vector4d sum;  // of the numbers of a patch, times (1, arm)
       Movement along;       // of the numbers, times unit forces along the normals as forces on the patch
       const auto add_sums = [&] {
-        add_moments(i, q, sum);
-        if (has_normals && q >= 0) {
-          add_product(i, q, rows.along * forces_of(rows.normals.vector(i), all_.arm_.col(i)), along);
+        if (q < 0) {
+          return;
+        }
+        add_product<&Coupling::moments>(patch(i), q, with_arm(all_.arm_.col(i)), sum);
+        if (has_normals) {
+          const Movement own = rows.along * forces_of(rows.normals.vector(i), all_.arm_.col(i));
+          add_product<&Coupling::block>(patch(i), q, own, along);
         }
       };
       for (std::size_t k = rows.offsets[i]; k < last; ++k) {
@@ -383,8 +383,8 @@ class RigidPatches::Sum : public HessianTerms {
         if (all_.is_own(q) && q < p) {
           continue;
         }
-        CoarseBlock& block = row.blocks[k];
-        add_to(block, row.moments[k]);
+        auto& [block, moments] = row.couplings[k];
+        add_to(block, moments);
         if (p == q) {
           block += block.transpose().eval();
         }
@@ -392,7 +392,7 @@ class RigidPatches::Sum : public HessianTerms {
         if (all_.is_own(q)) {
           block *= all_.basis_of(q);
           if (p != q) {
-            all_.coarse_block(q, p) = block.transpose();
+            all_.coupling(q, p).block = block.transpose();
           }
         }
       }
@@ -412,36 +412,13 @@ class RigidPatches::Sum : public HessianTerms {
     return result;
   }
 
-  /// Half of the contribution of a difference term at one of its ends alone.
-  void add_square(PetscInt p, const Eigen::Vector3d& arm, const DifferenceTerm& term) {
-    const Movement forces = forces_of(term.direction, arm);
-    all_.coarse_block(p, p) += 0.5 * forces * forces.transpose();
-    if (term.across != 0) {
-      all_.moments(p, p) += 0.5 * term.across * with_arm(arm) * with_arm(arm).transpose();
-    }
-  }
-
-  /// @param sum of numbers that couple vertex i with vertices of patch q, times (1, arm) of these; q -1: none
-  void add_moments(PetscInt i, PetscInt q, const Eigen::Vector4d& sum) {
-    if (q < 0) {
-      return;
-    }
-    const PetscInt p = patch(i);
-    const Eigen::Vector4d own = with_arm(all_.arm_.col(i));
+  /// Adds left right^T to what couples patch p with patch q, which is stored with the first of both.
+  template <auto member, class Vector>
+  void add_product(PetscInt p, PetscInt q, const Vector& left, const Vector& right) {
     if (p <= q) {
-      all_.moments(p, q) += own * sum.transpose();
+      all_.coupling(p, q).*member += left * right.transpose();
     } else {
-      all_.moments(q, p) += sum * own.transpose();
-    }
-  }
-
-  /// Adds the effect of the forces on vertex i to the block of its patch with patch q.
-  void add_product(PetscInt i, PetscInt q, const Movement& own, const Movement& other) {
-    const PetscInt p = patch(i);
-    if (p <= q) {
-      all_.coarse_block(p, q) += own * other.transpose();
-    } else {
-      all_.coarse_block(q, p) += other * own.transpose();
+      all_.coupling(q, p).*member += right * left.transpose();
     }
   }
 
@@ -449,7 +426,7 @@ class RigidPatches::Sum : public HessianTerms {
     if (vertex_ < 0) {
       return;
     }
-    CoarseBlock& sum = all_.coarse_block(patch(vertex_), column_patch_);
+    CoarseBlock& sum = all_.coupling(patch(vertex_), column_patch_).block;
     sum.topRows<3>() += forces_;
     for (int column = 0; column < 6; ++column) {
       sum.col(column).tail<3>() += all_.arm_.col(vertex_).cross(forces_.col(column));
@@ -463,44 +440,32 @@ class RigidPatches::Sum : public HessianTerms {
   Motion forces_ = Motion::Zero();  ///< on the vertex, by motions of the patch
 };
 
-/// Place of a block in its row; the block is added if it is missing.
-std::size_t RigidPatches::place_of(PetscInt row, PetscInt column) {
+/// What couples a patch with another one, which is added if it is missing.
+RigidPatches::Coupling& RigidPatches::coupling(PetscInt row, PetscInt column) {
   CoarseRow& of_patch = this->row(row);
   const auto found = std::find(of_patch.columns.begin(), of_patch.columns.end(), column);
   const std::size_t place = found - of_patch.columns.begin();
   if (found == of_patch.columns.end()) {
     of_patch.columns.push_back(column);
-    of_patch.blocks.push_back(CoarseBlock::Zero());
-    of_patch.moments.push_back(Moments::Zero());
+    of_patch.couplings.emplace_back();
     is_whole_ = false;
   }
-  return place;
-}
-
-RigidPatches::CoarseBlock& RigidPatches::coarse_block(PetscInt row, PetscInt column) {
-  const std::size_t place = place_of(row, column);
-  return this->row(row).blocks[place];
-}
-
-RigidPatches::Moments& RigidPatches::moments(PetscInt row, PetscInt column) {
-  const std::size_t place = place_of(row, column);
-  return this->row(row).moments[place];
+  return of_patch.couplings[place];
 }
 
 void RigidPatches::fill_coarse() {
   const MPI_Comm comm = tangent_.vertices().comm;
   for (PetscInt p = first_patch_; p < first_patch_ + own_patches(); ++p) {
-    CoarseBlock& diagonal = coarse_block(p, p);
+    CoarseBlock& diagonal = coupling(p, p).block;
     for (int k = 0; k < 6; ++k) {  // of any size, since nothing goes there
-      diagonal(k, k) += rows_[p - first_patch_].is_idle[k] ? 1 : 0;
+      diagonal(k, k) += row(p).is_idle[k] ? 1 : 0;
     }
   }
   if (on_any_rank(comm, !is_whole_)) {
     std::vector<PetscInt> own;
     std::vector<PetscInt> foreign;
     for (const CoarseRow& row : rows_) {
-      own.push_back(std::count_if(row.columns.begin(), row.columns.end(),
-                                  [&](PetscInt q) { return q >= first_patch_ && q < first_patch_ + own_patches(); }));
+      own.push_back(std::count_if(row.columns.begin(), row.columns.end(), [&](PetscInt q) { return is_own(q); }));
       foreign.push_back(static_cast<PetscInt>(row.columns.size()) - own.back());
     }
     check(MatCreate(comm, coarse_.create()));
@@ -516,7 +481,7 @@ void RigidPatches::fill_coarse() {
     const CoarseRow& row = rows_[p];
     const PetscInt number = first_patch_ + p;
     for (std::size_t k = 0; k < row.columns.size(); ++k) {
-      check(MatSetValuesBlocked(coarse_, 1, &number, 1, &row.columns[k], row.blocks[k].data(), INSERT_VALUES));
+      check(MatSetValuesBlocked(coarse_, 1, &number, 1, &row.columns[k], row.couplings[k].block.data(), INSERT_VALUES));
     }
   }
   check(MatAssemblyBegin(coarse_, MAT_FINAL_ASSEMBLY));
@@ -530,8 +495,7 @@ void RigidPatches::refresh(const Field& x) {
   }
   find_motions(x);
   for (CoarseRow& row : rows_) {
-    std::fill(row.blocks.begin(), row.blocks.end(), CoarseBlock::Zero());
-    std::fill(row.moments.begin(), row.moments.end(), Moments::Zero());
+    std::fill(row.couplings.begin(), row.couplings.end(), Coupling());
   }
   Sum sum(*this);
   tangent_.visit(sum);
@@ -545,8 +509,7 @@ void RigidPatches::forget_pattern() {
   knows_reach_ = false;
   for (CoarseRow& row : rows_) {
     row.columns.clear();
-    row.blocks.clear();
-    row.moments.clear();
+    row.couplings.clear();
   }
   is_whole_ = false;
 }

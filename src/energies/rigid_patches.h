@@ -58,25 +58,26 @@ class RigidPatches {
   using Movement = Eigen::Matrix<double, 6, 1>;  ///< shift and turn of a body, or force and moment on it
   /// Sum of numbers that couple vertices of two patches in all directions alike, times (1, arm) of both vertices.
   using Moments = Eigen::Matrix4d;
-  /// Blocks of a patch's row of the coarse matrix, in order of insertion.
+  /// What couples two patches.
+  struct Coupling {
+    CoarseBlock block = CoarseBlock::Zero();
+    Moments moments = Moments::Zero();  ///< to be added to the block
+  };
+  /// A patch's row of the coarse matrix, in order of insertion.
   struct CoarseRow {
     std::vector<PetscInt> columns;  ///< global patches
-    std::vector<CoarseBlock> blocks;
-    std::vector<Moments> moments;                      ///< to be added to the blocks
+    std::vector<Coupling> couplings;
     std::vector<bool> is_idle = std::vector<bool>(6);  ///< motions beyond the rank of the patch's motions
   };
 
   void set_coarse_solver(PetscInt patches);
   RigidPatches(KSP solver, const Tangent& tangent, const std::vector<std::array<PetscInt, 3>>& triangles,
                int patch_size);
-  void make_interpolation();
   void number_reach();
   void find_motions(const Field& x);
   Motion of_body(PetscInt vertex) const;
   class Sum;
-  std::size_t place_of(PetscInt row, PetscInt column);
-  CoarseBlock& coarse_block(PetscInt row, PetscInt column);
-  Moments& moments(PetscInt row, PetscInt column);
+  Coupling& coupling(PetscInt row, PetscInt column);
   void fill_coarse();
   void interpolate(Vec patches, Vec vertices) const;
   void restrict_to_patches(Vec vertices, Vec patches) const;
@@ -91,7 +92,6 @@ class RigidPatches {
 
   KSP solver_;
   const Tangent& tangent_;
-  std::vector<PetscInt> bound_;  ///< owned vertices that may not move in all directions
   std::vector<PetscInt> patch_;  ///< global patch of each owned vertex, then of the others in reach
   PetscInt first_patch_ = 0;     ///< global number of this rank's first patch
   bool knows_reach_ = false;     ///< whether patches of the vertices in reach are known

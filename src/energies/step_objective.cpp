@@ -62,11 +62,10 @@ StepObjective::StepObjective(const std::vector<StepPart*>& parts, std::vector<Po
 }
 
 /// The parts' own unknowns, one part after the other.
-template <class Of>
-Eigen::VectorXd StepObjective::of_parts(const Of& of) const {
+Eigen::VectorXd StepObjective::of_parts(Eigen::VectorXd (StepPart::*of)() const) const {
   std::vector<double> all;
-  for (StepPart* part : parts_) {
-    const Eigen::VectorXd values = of(*part);
+  for (const StepPart* part : parts_) {
+    const Eigen::VectorXd values = (part->*of)();
     all.insert(all.end(), values.begin(), values.end());
   }
   return Eigen::Map<const Eigen::VectorXd>(all.data(), static_cast<Eigen::Index>(all.size()));
@@ -101,7 +100,7 @@ bool StepObjective::begin_step(double h) {
 }
 
 void StepObjective::move_to(Vec unknowns) {
-  const Eigen::Index size = of_parts([](const StepPart& part) { return part.own_unknowns(); }).size();
+  const Eigen::Index size = of_parts(&StepPart::own_unknowns).size();
   Eigen::VectorXd own(size);
   const ConstVecValues values(unknowns);
   std::copy_n(values.data(), 3 * vertices().owned, position_.data());
@@ -121,7 +120,7 @@ void StepObjective::move_to(Vec unknowns) {
 }
 
 void StepObjective::write_to(Vec unknowns) const {
-  const Eigen::VectorXd own = of_parts([](const StepPart& part) { return part.own_unknowns(); });
+  const Eigen::VectorXd own = of_parts(&StepPart::own_unknowns);
   VecValues values(unknowns);
   std::copy_n(position_.data(), 3 * vertices().owned, values.data());
   if (rank_ == 0) {
@@ -159,7 +158,7 @@ void StepObjective::compute_residual(Vec residual) {
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     squared_residuals_.push_back(sum.middleCols(joined_.first_owned(p), parts_[p]->vertices().owned).squaredNorm());
   }
-  const Eigen::VectorXd own = of_parts([](StepPart& part) { return part.own_rows(); });
+  const Eigen::VectorXd own = of_parts(&StepPart::own_rows);
   if (rank_ == 0) {
     values.tail(own.size()) = own;
   }
@@ -189,18 +188,6 @@ double StepObjective::residual_scale(double rtol) const {
   return worst > 0 ? std::sqrt(all) / worst : largest;
 }
 
-Eigen::VectorXd StepObjective::volume_residual() const {
-  return of_parts([](const StepPart& part) { return part.volume_residual(); });
-}
-
-Eigen::VectorXd StepObjective::multiplier() const {
-  return of_parts([](const StepPart& part) { return part.multiplier(); });
-}
-
-Eigen::VectorXd StepObjective::pressure_scales() const {
-  return of_parts([](const StepPart& part) { return part.pressure_scales(); });
-}
-
 std::vector<int> StepObjective::prescribed() const {
   std::vector<int> all;
   int first = 0;
@@ -228,8 +215,33 @@ void StepObjective::limit(Vec residual, Vec descent) const {
   Eigen::Map<Eigen::Matrix3Xd> down(values.data(), 3, owned);
   tangent_->projectors().apply(down);
   down = -down;
-  limit_step(comm(), potentials_, position_, Eigen::Map<const Eigen::Matrix3Xd>(gradient.data(), 3, owned), down);
+  shorten(down, Eigen::Map<const Eigen::Matrix3Xd>(gradient.data(), 3, owned));
   down = -down;
+}
+
+/// Shortens a step as the potentials require. @param gradient of their sum (3 x owned) [N]
+void StepObjective::shorten(Eigen::Ref<Eigen::Matrix3Xd> step,
+                            const Eigen::Ref<const Eigen::Matrix3Xd>& gradient) const {
+  if (std::none_of(potentials_.begin(), potentials_.end(),
+                   [](const Potential* potential) { return potential->limits(); })) {
+    return;
+  }
+  const auto shorten_by = [&](StepLimit how) {
+    bool is_shortened = false;
+    for (Potential* potential : potentials_) {
+      is_shortened = potential->limit(position_, how, step) || is_shortened;
+    }
+    return is_shortened;
+  };
+  const Eigen::Matrix3Xd whole = step;
+  if (!shorten_by(StepLimit::each_vertex)) {
+    return;
+  }
+  const double slope = sum_over_ranks(comm(), step.cwiseProduct(gradient).sum());
+  if (!(slope < 0)) {
+    step = whole;
+    shorten_by(StepLimit::all_alike);
+  }
 }
 
 bool StepObjective::refresh() {
@@ -251,16 +263,16 @@ int StepObjective::columns() const {
   return sum;
 }
 
-void StepObjective::update_tangent(Curvature curvature, LowRankSystem& system, double psd_blend) {
+void StepObjective::update_tangent(LowRankSystem& system, double psd_blend) {
   for (StepPart* part : parts_) {
-    part->begin_tangent(curvature, psd_blend);
+    part->begin_tangent(psd_blend);
   }
   for (Potential* potential : between_) {
     potential->set_psd_blend(psd_blend);
   }
-  tangent_->update(position_, curvature);
+  tangent_->update(position_, psd_blend == 1 ? Curvature::psd : Curvature::exact);
   if (system.count() > 0) {
-    system.update(dense_tangent(curvature == Curvature::psd ? 0 : 1 - psd_blend));
+    system.update(dense_tangent(1 - psd_blend));
   }
 }
 
@@ -303,9 +315,8 @@ bool StepObjective::blends() const {
 }
 
 double StepObjective::residual_norm() const {
-  double sum = std::accumulate(squared_residuals_.begin(), squared_residuals_.end(), 0.0);
-  sum = sum_over_ranks(comm(), sum);
-  return std::sqrt(sum);
+  const double own = std::accumulate(squared_residuals_.begin(), squared_residuals_.end(), 0.0);
+  return std::sqrt(sum_over_ranks(comm(), own));
 }
 
 bool StepObjective::inverts() const {
@@ -316,26 +327,10 @@ bool StepObjective::suits_patches() const {
   return std::any_of(parts_.begin(), parts_.end(), [](const StepPart* part) { return part->suits_patches(); });
 }
 
-double StepObjective::length_scale() const {
+double StepObjective::largest(double (StepPart::*of)() const) const {
   double largest = 0;
   for (const StepPart* part : parts_) {
-    largest = std::max(largest, part->length_scale());
-  }
-  return largest;
-}
-
-double StepObjective::rounding() const {
-  double largest = 0;
-  for (const StepPart* part : parts_) {
-    largest = std::max(largest, part->rounding());
-  }
-  return largest;
-}
-
-double StepObjective::force_scale() const {
-  double largest = 0;
-  for (const StepPart* part : parts_) {
-    largest = std::max(largest, part->force_scale());
+    largest = std::max(largest, (part->*of)());
   }
   return largest;
 }

@@ -51,9 +51,9 @@ class StepObjective {
   /// the ratio of that part's StepPart::tolerance to `rtol`. Collective.
   double residual_scale(double rtol) const;
   /// Data of the prescribed volumes of all parts, as in StepPart. Not collective.
-  Eigen::VectorXd volume_residual() const;
-  Eigen::VectorXd multiplier() const;
-  Eigen::VectorXd pressure_scales() const;
+  Eigen::VectorXd volume_residual() const { return of_parts(&StepPart::volume_residual); }
+  Eigen::VectorXd multiplier() const { return of_parts(&StepPart::multiplier); }
+  Eigen::VectorXd pressure_scales() const { return of_parts(&StepPart::pressure_scales); }
   std::vector<int> prescribed() const;
   /// The norm of the last residual of the positions [N]. Collective.
   double residual_norm() const;
@@ -62,7 +62,8 @@ class StepObjective {
   /// StepPart::inverted, summed over the parts. Collective.
   double inverted(const Field& from, const Field& to) const;
   /// Changes the descent y of Newton's step from x to x - y: removes rounding in constrained directions, and shortens
-  /// it by limit_step. Collective.
+  /// it as the potentials require (Potential::limit), vertex by vertex if their sum still falls along the shortened
+  /// step, otherwise all vertices by the same fraction. Collective.
   void limit(Vec residual, Vec descent) const;
   /// Potential::refresh of all potentials. Collective.
   bool refresh();
@@ -78,8 +79,8 @@ class StepObjective {
   void set_joint(Joint joint) { joint_ = std::move(joint); }
   /// Sets the second derivative at x. Collective.
   /// @param system of the tangent's matrix, with `columns()` columns
-  /// @param psd_blend of the way from the exact tangent to the positive one (see `blends`)
-  void update_tangent(Curvature curvature, LowRankSystem& system, double psd_blend = 0);
+  /// @param psd_blend as in StepPart::begin_tangent
+  void update_tangent(LowRankSystem& system, double psd_blend);
   /// Whether the exact tangent can be moved towards the positive one by a fraction.
   bool blends() const;
 
@@ -89,17 +90,18 @@ class StepObjective {
   StepPart* path() const { return parts_.front()->follows_path() ? parts_.front() : nullptr; }
 
   /// Largest of the parts' scales and roundings.
-  double length_scale() const;
-  double force_scale() const;
-  double rounding() const;
+  double length_scale() const { return largest(&StepPart::length_scale); }
+  double force_scale() const { return largest(&StepPart::force_scale); }
+  double rounding() const { return largest(&StepPart::rounding); }
 
  private:
   MPI_Comm comm() const { return vertices().comm; }
   LowRank dense_tangent(double left);
+  void shorten(Eigen::Ref<Eigen::Matrix3Xd> step, const Eigen::Ref<const Eigen::Matrix3Xd>& gradient) const;
   /// Positions of a part if those of all parts are x.
   const Field& place(std::size_t part, const Field& x, std::size_t which = 0) const;
-  template <class Of>
-  Eigen::VectorXd of_parts(const Of& of) const;
+  Eigen::VectorXd of_parts(Eigen::VectorXd (StepPart::*of)() const) const;
+  double largest(double (StepPart::*of)() const) const;
 
   std::vector<StepPart*> parts_;
   Joint joint_;

@@ -48,7 +48,7 @@ class StepPart {
   /// This rank's squares of the norms of the kinds of force in the last gradient [N^2]. Not collective.
   virtual const std::vector<double>& squared_forces() const = 0;
   /// Residuals of the part's own unknowns, at the position of the last gradient; the same on all ranks.
-  virtual Eigen::VectorXd own_rows() { return {}; }
+  virtual Eigen::VectorXd own_rows() const { return {}; }
   /// Whether elements can turn over. Not collective.
   virtual bool inverts() const { return false; }
   /// Number of elements that turn over on the way from one place to another, on all ranks; ghosts up to date.
@@ -57,9 +57,10 @@ class StepPart {
   /// Number of columns of the dense second derivative. Not collective.
   virtual int columns() const { return 0; }
   /// Prepares the second derivatives of the potentials at x. Must be called before they are evaluated.
-  /// @param psd_blend for Potential::set_psd_blend
-  virtual void begin_tangent(Curvature curvature, double psd_blend) = 0;
-  /// Dense second derivative by the owned vertices, after begin_tangent; of parts that have columns.
+  /// @param psd_blend for Potential::set_psd_blend: of the way from the exact tangent, 0, to the positive one, 1; more
+  /// than 0 and less than 1 only if the part `blends`
+  virtual void begin_tangent(double psd_blend) = 0;
+  /// Dense second derivative by the owned vertices, after begin_tangent; empty of parts without columns.
   virtual LowRank dense_tangent() { return {}; }
   /// Whether the exact tangent can be moved towards the positive one by a fraction. Not collective.
   virtual bool blends() const { return false; }
@@ -75,10 +76,8 @@ class StepPart {
   /// Whether the step follows arc length: the time of its loads is its only unknown beside the positions, and its last
   /// column is that of the row which this adds (LoadBorder). Such a part is the only one. Not collective.
   virtual bool follows_path() const { return false; }
-  /// For such a step: the derivative of the gradient of the owned vertices by the loads' time [N/s], and the scale of
-  /// the residual's additional row [N/m].
+  /// For such a step: the derivative of the gradient of the owned vertices by the loads' time [N/s].
   virtual Eigen::VectorXd load_rate() { return {}; }
-  virtual double path_scale() const { return 1; }
 
   /// Norm of the gradient at which the part is in balance, over the largest norm of a kind of force. Not collective.
   virtual double tolerance() const = 0;

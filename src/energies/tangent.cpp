@@ -5,8 +5,7 @@
 #include <utility>
 
 #include "base/error.h"
-#include "energies/block_product.h"
-#include "energies/term_product.h"
+#include "energies/tangent_products.h"
 #include "linear/ksp.h"
 #include "linear/shell_operations.h"
 #include "parallel/collective.h"
@@ -55,44 +54,6 @@ class VisitedBlocks : public HessianBlocks {
   HessianTerms& terms_;
 };
 
-/// Adds up the diagonal blocks of the owned vertices.
-class Diagonal : public HessianTerms {
- public:
-  explicit Diagonal(std::vector<Eigen::Matrix3d>& blocks)
-      : HessianTerms(static_cast<PetscInt>(blocks.size())), blocks_(blocks) {}
-
-  bool wants_off_diagonal() const override { return false; }
-  void add_block(PetscInt row, PetscInt column, const Eigen::Matrix3d& block) override {
-    if (row == column) {
-      blocks_[row] += block;
-    }
-  }
-
-  void add_differences(const std::vector<DifferenceTerm>& terms) override {
-    for (const DifferenceTerm& term : terms) {
-      Eigen::Matrix3d block = term.direction * term.direction.transpose();
-      block.diagonal().array() += term.across;
-      for (const auto i : {static_cast<std::size_t>(term.a), static_cast<std::size_t>(term.b)}) {
-        if (i < blocks_.size()) {
-          blocks_[i] += block;
-        }
-      }
-    }
-  }
-
-  void add_numbers(const NumberRows& rows) override {
-    for (std::size_t i = 0; i < blocks_.size(); ++i) {
-      const std::size_t first = rows.offsets[i];
-      if (rows.offsets[i] < rows.offsets[i + 1] && rows.columns[first] == static_cast<PetscInt>(i)) {
-        blocks_[i] += rows.block(static_cast<PetscInt>(i), first);
-      }
-    }
-  }
-
- private:
-  std::vector<Eigen::Matrix3d>& blocks_;
-};
-
 }  // namespace
 
 Tangent::Tangent(const Layout& vertices, std::vector<Potential*> potentials, Projectors projectors,
@@ -101,10 +62,14 @@ Tangent::Tangent(const Layout& vertices, std::vector<Potential*> potentials, Pro
   for (Potential* potential : potentials) {
     parts_.push_back({potential, is_shell() && potential->multiplies(), {}, {}});
   }
+  for (PetscInt i = 0; i < owned(); ++i) {
+    if (!projectors_.is_free(i)) {
+      bound_.push_back(i);
+    }
+  }
   if (is_shell()) {
     make_shell();
   }
-  version_ = -1;
   renew_pattern();
 }
 
@@ -300,10 +265,8 @@ void Tangent::hold(Curvature curvature) {
   for (Eigen::Matrix3d& block : diagonal_) {
     block.diagonal().array() += definite_;
   }
-  for (const PetscInt i : projectors_.bound()) {
-    if (i < owned()) {
-      diagonal_[i] += (constrained_ - definite_) * (Eigen::Matrix3d::Identity() - projectors_[i]);
-    }
+  for (const PetscInt i : bound_) {
+    diagonal_[i] += (constrained_ - definite_) * (Eigen::Matrix3d::Identity() - projectors_[i]);
   }
 }
 
@@ -330,11 +293,8 @@ void Tangent::assemble(Curvature curvature) {
     for (std::size_t i = 0; curvature == Curvature::psd && i < vertices; ++i) {
       diagonal_block(i) += definite_share * constrained * projectors_[i];
     }
-    for (const PetscInt i : projectors_.bound()) {
-      if (i < owned()) {
-        const std::size_t vertex = i;
-        diagonal_block(vertex) += constrained * (Eigen::Matrix3d::Identity() - projectors_[vertex]);
-      }
+    for (const std::size_t i : bound_) {
+      diagonal_block(i) += constrained * (Eigen::Matrix3d::Identity() - projectors_[i]);
     }
   }
   // Set each time, because MatConvert makes the part of other ranks' columns anew, without the option.
@@ -384,16 +344,17 @@ void Tangent::make_diagonal() {
       diagonal_[i] += rows_.blocks[k];
     }
   }
-  Diagonal terms(diagonal_);
+  const auto add_to_diagonal = [this](PetscInt row, PetscInt column, const Eigen::Matrix3d& block) {
+    if (row == column) {
+      diagonal_[row] += block;
+    }
+  };
+  TakenBlocks terms(owned(), add_to_diagonal, false);
   for (const Part& part : parts_) {
     visit_part(part, terms);
   }
-  for (const PetscInt i : projectors_.bound()) {
-    if (i < owned()) {
-      const Eigen::Matrix3d& projector = projectors_[i];
-      Eigen::Matrix3d& block = diagonal_[i];
-      block = (projector * block * projector).eval();
-    }
+  for (const PetscInt i : bound_) {
+    diagonal_[i] = (projectors_[i] * diagonal_[i] * projectors_[i]).eval();
   }
 }
 
@@ -448,11 +409,9 @@ void Tangent::multiply(Vec in, Vec out) {
       product_.topRows<3>() += dense_product_;
     }
   }
-  for (const PetscInt i : projectors_.bound()) {
-    if (i < owned()) {
-      product_.col(i).head<3>() =
-          projectors_[i] * product_.col(i).head<3>().eval() + constrained_ * (given.col(i) - argument(i));
-    }
+  for (const PetscInt i : bound_) {
+    product_.col(i).head<3>() =
+        projectors_[i] * product_.col(i).head<3>().eval() + constrained_ * (given.col(i) - argument(i));
   }
   Eigen::Map<Eigen::Matrix3Xd>(y.data(), 3, owned()) = product_.topRows<3>().leftCols(owned());
 }

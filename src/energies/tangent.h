@@ -14,10 +14,7 @@ namespace pellicle {
 inline namespace energies {
 
 enum class TangentMatrix { baij, aij, sbaij, shell };
-inline const std::vector<std::string>& names_of(TangentMatrix) {
-  static const std::vector<std::string> names{"baij", "aij", "sbaij", "shell"};
-  return names;
-}
+inline std::vector<std::string> names_of(TangentMatrix) { return {"baij", "aij", "sbaij", "shell"}; }
 
 /// The matrix of Newton's method for a sum of potentials with the Hessian H: P H P + s (1 - P), with projectors P on
 /// the directions in which the vertices may move; s is the mean of the diagonal, so that constrained directions do not
@@ -52,6 +49,8 @@ class Tangent {
   const Layout& reach() const { return reach_; }
   /// Projectors of the vertices of `reach()`.
   const Projectors& projectors() const { return projectors_; }
+  /// The owned vertices that may not move in all directions, ascending.
+  const std::vector<PetscInt>& bound() const { return bound_; }
   /// Passes on the owned vertices' rows, as last updated, with vertices of `reach()`. Blocks that come several times
   /// are to be summed. For sbaij half of the blocks come. Terms in constrained directions may come or not. Not
   /// collective.
@@ -95,11 +94,12 @@ class Tangent {
   std::vector<Part> parts_;
   Choice<TangentMatrix> type_;
   std::string prefix_;
-  PetscInt version_ = 0;  ///< sum of the potentials' pattern versions
+  PetscInt version_ = -1;  ///< sum of the potentials' pattern versions; -1: there is no pattern yet
 
   Layout reach_;                  ///< see reach()
   LocalNumbers numbers_;          ///< in `reach_`
   Projectors projectors_;         ///< see projectors()
+  std::vector<PetscInt> bound_;   ///< see bound()
   bool any_constrained_ = false;  ///< on any rank
 
   Rows rows_;

@@ -37,7 +37,13 @@ TangentFactor::TangentFactor(const Tangent& tangent, const LowRankSystem& system
   run_solver(prefix_, [&] { check(KSPSetFromOptions(solver_)); });
   check(PCSetType(pc, PCSHELL));  // whatever the options say of the preconditioner in its place
   check(PCShellSetContext(pc, this));
-  check(PCShellSetApply(pc, apply_callback));
+  check(PCShellSetApply(pc, [](PC of, Vec in, Vec out) {
+    return as_petsc_callback([&] {
+      TangentFactor* self = nullptr;
+      check(PCShellGetContext(of, &self));
+      self->apply(in, out);
+    });
+  }));
   make_stoppable(solver_);
 }
 
@@ -56,24 +62,19 @@ void TangentFactor::make_pattern() {
   TakenBlocks places(reach.owned, take_place);
   tangent_.visit(places);
   interface_ = RankInterface(reach.comm, reach.first, reach.owned, later);
-  std::vector<int> place(interface_.size(), -1);  // of each of its vertices in the border
+  std::vector<bool> is_coupled(interface_.size());
   for (const auto& [row, column] : blocks) {
     if (column >= row && (interface_.number(row) < 0) != (interface_.number(column) < 0)) {
-      place[std::max(interface_.number(row), interface_.number(column))] = 0;
+      is_coupled[std::max(interface_.number(row), interface_.number(column))] = true;
     }
   }
-  std::vector<int> border;
-  for (std::size_t k = 0; k < place.size(); ++k) {
-    if (place[k] == 0) {
-      place[k] = static_cast<int>(border.size());
-      border.push_back(static_cast<int>(k));
-    }
-  }
-  interface_.set_border(border, 3);
+  interface_.set_border(is_coupled, 3);
+  const std::vector<int>& border = interface_.border();
   const auto inner = static_cast<int>(interface_.inner().size());
   const auto place_in_inner = [&](PetscInt vertex) {
     const int number = interface_.number(vertex);
-    return number < 0 ? interface_.inner_number(vertex) : inner + place[number];
+    const auto place = std::lower_bound(border.begin(), border.end(), number) - border.begin();
+    return number < 0 ? interface_.inner_number(vertex) : inner + static_cast<int>(place);
   };
   struct Entries {
     std::vector<int> rows;
@@ -246,14 +247,6 @@ void TangentFactor::apply(Vec in, Vec out) {
     const Eigen::VectorXd forces = influence_.transpose() * load;
     solution -= influence_ * border_.solve(sum_of_ranks(forces));
   }
-}
-
-PetscErrorCode TangentFactor::apply_callback(PC pc, Vec in, Vec out) {
-  return as_petsc_callback([&] {
-    TangentFactor* self = nullptr;
-    check(PCShellGetContext(pc, &self));
-    self->apply(in, out);
-  });
 }
 
 }  // namespace energies

@@ -56,7 +56,6 @@ class TangentFactor {
   /// Matrix to which a block of T belongs.
   enum class Target { none, inner, interface };
 
-  static PetscErrorCode apply_callback(PC pc, Vec in, Vec out);
   void apply(Vec in, Vec out);
   void make_pattern();
   void fill();

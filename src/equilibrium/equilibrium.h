@@ -59,7 +59,6 @@ class Equilibrium {
   std::vector<double> contact_load(const Motion& motion) const;
 
  private:
-  std::vector<StepPart*> parts() const;
   void share_gas();
   ImplicitResult balance(double h);
   std::string crossed() const;

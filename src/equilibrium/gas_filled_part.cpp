@@ -6,21 +6,12 @@
 
 #include "geometry/cross_matrix.h"
 #include "geometry/pressure_load.h"
+#include "prism/wall_potential.h"
 
 namespace pellicle {
 inline namespace equilibrium {
 
-std::vector<VertexPair> PressureStiffness::pattern() const {
-  std::vector<VertexPair> pairs;
-  for (const std::array<PetscInt, 3>& triangle : chambers_.surface().triangles) {
-    for (const PetscInt i : triangle) {
-      for (const PetscInt j : triangle) {
-        pairs.push_back({i, chambers_.surface().particles.to_global(j)});
-      }
-    }
-  }
-  return pairs;
-}
+std::vector<VertexPair> PressureStiffness::pattern() const { return pairs_of_elements(chambers_.surface()); }
 
 void PressureStiffness::update_hessian(const Field& x, Curvature curvature) {
   blocks_.clear();
@@ -121,11 +112,11 @@ const Eigen::Matrix3Xd& GasFilledPart::gradient() {
   return gradient_;
 }
 
-void GasFilledPart::begin_tangent(Curvature curvature, double psd_blend) {
-  part_.begin_tangent(curvature, psd_blend);
+void GasFilledPart::begin_tangent(double psd_blend) {
+  part_.begin_tangent(psd_blend);
   stiffness_.set_psd_blend(psd_blend);
   set_load_(gas_->load_pressure(number_));
-  left_ = curvature == Curvature::psd ? 0 : 1 - psd_blend;
+  left_ = 1 - psd_blend;
 }
 
 double GasFilledPart::stiffness_scale() {

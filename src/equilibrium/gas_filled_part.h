@@ -64,13 +64,7 @@ class GasFilledPart : public ExtendedPart, public GasFilled {
   Eigen::VectorXd pressures();
   /// Forces of the gas on the owned vertices at the part's positions (3 x owned) [N]. Collective.
   Eigen::Matrix3Xd pressure_forces() { return -gas_->gradient(number_); }
-  GasExchange end_gas(const Field& end) override { return gas_->end_step(number_, end, time_, h_); }
-
   StepGas::Part gas_part() const override { return own_; }
-  void share_gas(std::shared_ptr<StepGas> gas, std::size_t part) override {
-    gas_ = std::move(gas);
-    number_ = part;
-  }
 
   const std::vector<Potential*>& potentials() const override { return potentials_; }
   bool move_to(const Field& position, const Eigen::VectorXd& own) override;
@@ -78,9 +72,9 @@ class GasFilledPart : public ExtendedPart, public GasFilled {
   double value() override { return part_.value() + gas_->value(number_); }
   const Eigen::Matrix3Xd& gradient() override;
   const std::vector<double>& squared_forces() const override { return squares_; }
-  Eigen::VectorXd own_rows() override { return -pressure_scales().cwiseProduct(volume_residual()); }
+  Eigen::VectorXd own_rows() const override { return -pressure_scales().cwiseProduct(volume_residual()); }
   int columns() const override { return own_.chambers->count(); }
-  void begin_tangent(Curvature curvature, double psd_blend) override;
+  void begin_tangent(double psd_blend) override;
   LowRank dense_tangent() override { return projected(gas_->begin_tangent(number_, left_), projectors()); }
   double stiffness_scale() override;
   std::vector<int> prescribed() const override { return gas_->prescribed(number_); }
@@ -94,10 +88,6 @@ class GasFilledPart : public ExtendedPart, public GasFilled {
   SetLoad set_load_;
   PressureStiffness stiffness_;  ///< a potential unless there is `set_load_`
   std::vector<Potential*> potentials_;
-  std::shared_ptr<StepGas> gas_;
-  std::size_t number_ = 0;  ///< of the part of the gas
-  double time_ = 0;         ///< at the end of the step [s]
-  double h_ = 0;            ///< its length [s]
   Eigen::Matrix3Xd gradient_;
   double left_ = 0;  ///< of what is not positive in the tangent, 0 to 1
   std::vector<double> squares_;

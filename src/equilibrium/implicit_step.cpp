@@ -74,11 +74,8 @@ bool may_go_on(const NewtonResult& newton) {
 
 KspDefaults solver_defaults(const NewtonOptions& options, bool suits_patches, bool may_factorise) {
   KspDefaults defaults;
-  if (options.mat_type == TangentMatrix::sbaij) {
-    defaults.preconditioner = PCBJACOBI;
-  } else {
-    defaults.preconditioner = suits_patches ? PCMG : PCPBJACOBI;
-  }
+  const PCType with_all_entries = suits_patches ? PCMG : PCPBJACOBI;
+  defaults.preconditioner = options.mat_type == TangentMatrix::sbaij ? PCBJACOBI : with_all_entries;
   defaults.rtol = options.linear_rtol();
   defaults.single_reduction = defaults.rtol >= largest_rtol_of_single_reductions;
   defaults.max_iterations = may_factorise ? most_linear_iterations : 10000;
@@ -115,13 +112,14 @@ ImplicitStep::ImplicitStep(StepObjective& objective, const NewtonOptions& option
     solver_words_ += "; with a factorisation where a solve takes more than " + std::to_string(most_linear_iterations) +
                      " iterations";
   }
+  const Border* border = nullptr;
   if (!objective_.prescribed().empty()) {
-    bordered_.emplace(system_, objective_.prescribed(), objective_.pressure_scales());
+    border = &bordered_.emplace(system_, objective_.prescribed(), objective_.pressure_scales());
   }
   if (along_ != nullptr) {
-    path_.emplace(system_);
+    border = &path_.emplace(system_);
   }
-  Mat matrix = path_ ? path_->matrix() : bordered_ ? bordered_->matrix() : system_.matrix();
+  Mat matrix = border != nullptr ? border->matrix() : system_.matrix();
   check(MatCreateVecs(matrix, unknowns_.create(), nullptr));
   if (objective.inverts()) {
     before_.emplace(objective.vertices(), 3);
@@ -132,12 +130,9 @@ ImplicitStep::ImplicitStep(StepObjective& objective, const NewtonOptions& option
   rounding_ = rounding_of_forces * objective_.force_scale() * std::sqrt(vertices);
   NewtonDefaults defaults;
   defaults.fields = {{"x", "y", "z"}, "", 0};
-  if (bordered_) {
-    defaults.fields.border = "pressure";
-    defaults.fields.border_rows = bordered_->border_rows();
-  } else if (path_) {
-    defaults.fields.border = "load";
-    defaults.fields.border_rows = path_->border_rows();
+  if (border != nullptr) {
+    defaults.fields.border = path_ ? "load" : "pressure";
+    defaults.fields.border_rows = border->border_rows();
   }
   defaults.atol = rounding_;
   defaults.rtol = options_.snes_rtol;
@@ -172,8 +167,8 @@ ImplicitStep::ImplicitStep(StepObjective& objective, const NewtonOptions& option
 }
 
 ImplicitResult ImplicitStep::advance(double h) {
+  ImplicitResult result;
   if (!objective_.begin_step(h)) {
-    ImplicitResult result;
     result.converged = false;
     result.reason = "what is held moves further in a step than what is near it allows";
     return result;
@@ -185,7 +180,6 @@ ImplicitResult ImplicitStep::advance(double h) {
   }
   concave_iterations_ = 0;
   choose_solver();
-  ImplicitResult result;
   NewtonResult newton;
   do {
     last_values_.clear();
@@ -204,14 +198,12 @@ ImplicitResult ImplicitStep::advance(double h) {
     judge(newton, result);
   } else {
     result.reason = words_of_failure(newton);
-    objective_.move_to(unknowns_);
   }
   return result;
 }
 
 /// Checks the residual at which SNES has ended.
 void ImplicitStep::judge(const NewtonResult& newton, ImplicitResult& result) {
-  objective_.move_to(unknowns_);
   objective_.compute_residual(newton_->residual());  // SNES need not have computed it: with ksponly it has not.
   const double largest = objective_.residual_scale(options_.snes_rtol);
   check(VecNorm(newton_->residual(), NORM_2, &result.residual));
@@ -222,7 +214,6 @@ void ImplicitStep::judge(const NewtonResult& newton, ImplicitResult& result) {
   result.is_above_tolerance =
       result.residual > rounding &&
       result.relative_residual > (must_converge ? options_.snes_rtol : options_.residual_tolerance);
-  result.reason.clear();
   if (!(result.residual <= std::max(newton.start_residual, rounding))) {
     result.reason = fmt::format("Newton's iterations made the residual grow, from {:.2e} N to {:.2e} N",
                                 newton.start_residual, result.residual);
@@ -288,7 +279,7 @@ void ImplicitStep::update_jacobian() {
   }
   const bool renews_patches = patches_ && !is_factorised_ && patches_->due();
   if (renews_patches || positive_ != nullptr) {
-    objective_.update_tangent(Curvature::psd, system_);
+    objective_.update_tangent(system_, 1);
     if (renews_patches) {
       patches_->refresh(objective_.position());
     }
@@ -297,10 +288,10 @@ void ImplicitStep::update_jacobian() {
     }
   }
   if (!renews_patches || fraction_ < 1) {
-    set_tangent(fraction_);
+    objective_.update_tangent(system_, fraction_);
   }
   if (path_) {
-    path_->update(along_->load_rate(), along_->path_scale());
+    path_->update(along_->load_rate(), along_->force_scale() / along_->length_scale());
   }
 }
 
@@ -316,8 +307,8 @@ PetscBool ImplicitStep::reuses_preconditioner(const NewtonRequest& request) {
   return PETSC_FALSE;
 }
 
-/// The positive share (set_tangent) at the start of an iteration: the last one's, reduced if the objective fell as the
-/// tangent predicted, otherwise increased.
+/// The share of the positive tangent (StepObjective::update_tangent) at the start of an iteration: the last one's,
+/// reduced if the objective fell as the tangent predicted, otherwise increased.
 double ImplicitStep::next_share() {
   if (options_.far == FarTangent::positive) {
     const bool may_be_exact = exact_serves_ && options_.snes_rtol < worth_exact;
@@ -377,7 +368,7 @@ LinearResult ImplicitStep::solve(Vec right_hand_side, Vec solution) {
   }
   while (result.solved == Solved::concave && fraction_ < 1) {
     fraction_ = objective_.blends() && options_.far == FarTangent::exact ? std::min(fraction_ + share_step, 1.0) : 1;
-    set_tangent(fraction_);
+    objective_.update_tangent(system_, fraction_);
     attempt();
   }
   if (fraction_ > 0 && options_.far == FarTangent::exact) {
@@ -400,15 +391,6 @@ LinearResult ImplicitStep::solve_or_factorise(Vec right_hand_side, Vec solution)
     result.iterations += iterations;
   }
   return result;
-}
-
-/// Updates the tangent. @param psd_blend 0: the exact tangent; 1: the positive one
-void ImplicitStep::set_tangent(double psd_blend) {
-  if (psd_blend == 1) {
-    objective_.update_tangent(Curvature::psd, system_);
-  } else {
-    objective_.update_tangent(Curvature::exact, system_, psd_blend);
-  }
 }
 
 LinearResult ImplicitStep::solve_once(Vec right_hand_side, Vec solution) {
@@ -446,16 +428,18 @@ std::optional<double> ImplicitStep::search(const NewtonStep& step) {
   if (before_) {
     before_->values() = objective_.position().values();
   }
+  const auto move_by = [&](double fraction) {
+    check(VecWAXPY(step.trial, -fraction, step.descent, step.position));
+    objective_.move_to(step.trial);
+  };
   const auto turns_over = [&] { return before_ && objective_.inverted(*before_, objective_.position()) > 0; };
   objective_.limit(step.residual, step.descent);
   if (path_) {
-    return backtrack(
-        [&](double fraction) -> std::optional<double> {
-          check(VecWAXPY(step.trial, -fraction, step.descent, step.position));
-          objective_.move_to(step.trial);
-          return turns_over() ? std::nullopt : std::optional(0.0);
-        },
-        0, 0, 0);
+    const auto merit = [&](double fraction) {
+      move_by(fraction);
+      return turns_over() ? std::nullopt : std::optional(0.0);
+    };
+    return backtrack(merit, 0, 0, 0);
   }
   double weight = 0;  // of the volumes' errors: larger than any multiplier, so that they are an exact penalty
   double slope = 0;
@@ -466,8 +450,7 @@ std::optional<double> ImplicitStep::search(const NewtonStep& step) {
   double before = start;
   if (bordered_) {
     const double error = volume_error();
-    check(VecWAXPY(step.trial, -1, step.descent, step.position));
-    objective_.move_to(step.trial);
+    move_by(1);
     weight = 2 * objective_.multiplier().cwiseAbs().maxCoeff();
     before += weight * error;
     slope = 0;  // only a decrease is asked for
@@ -483,8 +466,7 @@ std::optional<double> ImplicitStep::search(const NewtonStep& step) {
   const double rounding = 1e-13 * (std::abs(before) + objective_.force_scale() * objective_.length_scale());
   double after = 0;
   const auto merit = [&](double fraction) -> std::optional<double> {
-    check(VecWAXPY(step.trial, -fraction, step.descent, step.position));
-    objective_.move_to(step.trial);
+    move_by(fraction);
     if (turns_over()) {
       return std::nullopt;
     }
@@ -497,7 +479,7 @@ std::optional<double> ImplicitStep::search(const NewtonStep& step) {
     exact_serves_ = false;
     fraction_ = 1;
     objective_.move_to(step.position);
-    set_tangent(fraction_);
+    objective_.update_tangent(system_, fraction_);
     if (solve_once(step.residual, step.descent).converged) {
       objective_.limit(step.residual, step.descent);
       length = backtrack(std::cref(merit), before, 0, rounding);

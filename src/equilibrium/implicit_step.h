@@ -75,7 +75,6 @@ class ImplicitStep {
   void update_jacobian();
   PetscBool reuses_preconditioner(const NewtonRequest& request);
   double next_share();
-  void set_tangent(double psd_blend);
   void choose_solver();
   void factorise();
   LinearResult solve(Vec right_hand_side, Vec solution);

@@ -72,7 +72,9 @@ bool PathPart::move_to(const Field& position, const Eigen::VectorXd& own) {
   return part_.move_to(position_, {});
 }
 
-Eigen::VectorXd PathPart::own_rows() { return Eigen::VectorXd::Constant(1, path_scale() * (along_path() - length_)); }
+Eigen::VectorXd PathPart::own_rows() const {
+  return Eigen::VectorXd::Constant(1, force_scale() / length_scale() * (along_path() - length_));
+}
 
 Eigen::VectorXd PathPart::load_rate() {
   Field here(vertices(), 3);
@@ -90,9 +92,7 @@ Eigen::VectorXd PathPart::load_rate() {
 }
 
 LowRank PathPart::dense_tangent() {
-  LowRank result = part_.columns() > 0
-                       ? part_.dense_tangent()
-                       : LowRank(Eigen::SparseMatrix<double>(3 * vertices().owned, 0), Eigen::VectorXd(0));
+  LowRank result = part_.dense_tangent();
   // Many times what the stiffness along the path can be, whatever its sign.
   result.coefficients.conservativeResize(columns());
   result.coefficients[columns() - 1] = 10 * part_.stiffness_scale();

@@ -37,13 +37,12 @@ class PathPart : public ExtendedPart {
 
   bool move_to(const Field& position, const Eigen::VectorXd& own) override;
   Eigen::VectorXd own_unknowns() const override { return Eigen::VectorXd::Constant(1, time_); }
-  Eigen::VectorXd own_rows() override;
+  Eigen::VectorXd own_rows() const override;
   /// One column more than the part, for the additional row.
   int columns() const override { return part_.columns() + 1; }
   LowRank dense_tangent() override;
   bool follows_path() const override { return true; }
   Eigen::VectorXd load_rate() override;
-  double path_scale() const override { return force_scale() / length_scale(); }
 
  private:
   double along_path() const;

@@ -292,15 +292,6 @@ Eigen::VectorXd StepGas::swept_by_caps(Own& own, const Field& end, const Eigen::
   return caps;
 }
 
-/// Whether all parts in the balance have taken a tangent in this step.
-bool StepGas::has_tangent() const {
-  bool has_begun = of_tangent_.size() == parts_.size();
-  for (std::size_t part = 0; has_begun && part < parts_.size(); ++part) {
-    has_begun = parts_[part].is_pushed || of_tangent_[part].size() > 0;
-  }
-  return has_begun;
-}
-
 /// The gas of all parts for given volumes within their walls.
 std::vector<std::vector<GasState>> StepGas::states_at(FlowingGas::Walls walls) const {
   walls = flow_.moved_walls(std::move(walls), responses_, time_);
@@ -310,13 +301,6 @@ std::vector<std::vector<GasState>> StepGas::states_at(FlowingGas::Walls walls) c
     states.push_back(flow_.end_states(part, walls, time_, end));
   }
   return states;
-}
-
-/// Adds a weight times the power of the joined gas of a part. @param rates of W of the part's chambers
-void StepGas::add_work(Own& own, const std::vector<GasState>& states, const Eigen::VectorXd& rates, double weight) {
-  for (const int chamber : own.chambers->joined()) {
-    own.work += weight * states[chamber].pressure * rates[chamber];
-  }
 }
 
 /// Work of joined gas of all parts since the last tangent: along a straight line of all W, or for walls with holes, on
@@ -330,56 +314,56 @@ void StepGas::find_work() {
   for (Own& own : parts_) {
     own.work = 0;
   }
-  if (!has_tangent() || std::none_of(parts_.begin(), parts_.end(), [this](const Own& own) { return is_joined(own); })) {
+  const bool has_tangent =  // of all parts in the balance
+      std::equal(parts_.begin(), parts_.end(), of_tangent_.begin(), of_tangent_.end(),
+                 [](const Own& own, const Eigen::VectorXd& walls) { return own.is_pushed || walls.size() > 0; });
+  if (!has_tangent ||
+      std::none_of(parts_.begin(), parts_.end(), [](const Own& own) { return own.chambers->has_network(); })) {
     return;
   }
-  const bool is_closed =
-      std::all_of(parts_.begin(), parts_.end(), [](const Own& own) { return own.chambers->rims().empty(); });
-  is_closed ? integrate_over_volumes() : integrate_over_positions();
-}
-
-void StepGas::integrate_over_volumes() {
-  for (const auto& [place, weight] : four_points) {
-    FlowingGas::Walls walls;
-    for (std::size_t part = 0; part < parts_.size(); ++part) {
-      walls.push_back(parts_[part].is_pushed ? walls_[part]
-                                             : of_tangent_[part] + place * (walls_[part] - of_tangent_[part]));
-    }
-    const std::vector<std::vector<GasState>> states = states_at(walls);
-    for (std::size_t part = 0; part < parts_.size(); ++part) {
-      if (!parts_[part].is_pushed) {
-        add_work(parts_[part], states[part], walls_[part] - of_tangent_[part], weight);
-      }
-    }
+  if (std::all_of(parts_.begin(), parts_.end(), [](const Own& own) { return own.chambers->rims().empty(); })) {
+    integrate(four_points, true);
+    return;
   }
-}
-
-/// Collective.
-void StepGas::integrate_over_positions() {
-  for (const auto& [place, weight] : three_points) {
-    FlowingGas::Walls walls;
-    for (std::size_t part = 0; part < parts_.size(); ++part) {
-      Own& own = parts_[part];
-      if (own.is_pushed) {
-        walls.push_back(walls_[part]);
-        continue;
-      }
-      own.between.values() = own.of_tangent + place * (own.position->values() - own.of_tangent);
-      walls.push_back(own.chambers->volumes(own.between));
-    }
-    const std::vector<std::vector<GasState>> states = states_at(walls);
-    for (std::size_t part = 0; part < parts_.size(); ++part) {
-      Own& own = parts_[part];
-      if (own.is_pushed) {
-        continue;
-      }
-      const Eigen::SparseMatrix<double> gradients = own.chambers->volume_gradients(own.between);
-      const Eigen::Matrix3Xd moved = own.position->values() - own.of_tangent;
-      add_work(own, states[part], gradients.transpose() * moved.leftCols(gradients.rows() / 3).reshaped(), weight);
-    }
-  }
+  integrate(three_points, false);
   for (Own& own : parts_) {
     own.work = sum_over_ranks(own.chambers->surface().comm(), own.work);
+  }
+}
+
+/// Adds the work, over positions that of this rank, by a rule of Gauss. Collective.
+template <class Points>
+void StepGas::integrate(const Points& points, bool over_volumes) {
+  for (const auto& [place, weight] : points) {
+    FlowingGas::Walls walls = walls_;
+    for (std::size_t part = 0; part < parts_.size(); ++part) {
+      Own& own = parts_[part];
+      if (own.is_pushed) {
+        continue;
+      }
+      if (over_volumes) {
+        walls[part] = of_tangent_[part] + place * (walls_[part] - of_tangent_[part]);
+      } else {
+        own.between.values() = own.of_tangent + place * (own.position->values() - own.of_tangent);
+        walls[part] = own.chambers->volumes(own.between);
+      }
+    }
+    const std::vector<std::vector<GasState>> states = states_at(walls);
+    for (std::size_t part = 0; part < parts_.size(); ++part) {
+      Own& own = parts_[part];
+      if (own.is_pushed) {
+        continue;
+      }
+      Eigen::VectorXd rates = walls_[part] - of_tangent_[part];
+      if (!over_volumes) {
+        const Eigen::SparseMatrix<double> gradients = own.chambers->volume_gradients(own.between);
+        const Eigen::Matrix3Xd moved = own.position->values() - own.of_tangent;
+        rates = gradients.transpose() * moved.leftCols(gradients.rows() / 3).reshaped();
+      }
+      for (const int chamber : own.chambers->joined()) {
+        own.work += weight * states[part][chamber].pressure * rates[chamber];
+      }
+    }
   }
 }
 

@@ -2,7 +2,7 @@
 
 #include <functional>
 #include <memory>
-#include <optional>
+#include <utility>
 #include <vector>
 
 #include "energies/step_part.h"
@@ -109,16 +109,13 @@ class StepGas {
   };
 
   void evaluate();
-  bool has_tangent() const;
   std::vector<std::vector<GasState>> states_at(FlowingGas::Walls walls) const;
-  static void add_work(Own& own, const std::vector<GasState>& states, const Eigen::VectorXd& rates, double weight);
   void find_work();
-  void integrate_over_volumes();
-  void integrate_over_positions();
+  template <class Points>
+  void integrate(const Points& points, bool over_volumes);
   Eigen::VectorXd swept_by_rest(Own& own, const Field& end, bool (Chambers::*is_one)(int) const);
   Eigen::VectorXd swept_by_caps(Own& own, const Field& end, const Eigen::VectorXd& walls);
   double bordering_stiffness(const Own& own, int chamber) const;
-  bool is_joined(const Own& own) const { return own.chambers->has_network(); }
 
   std::vector<Own> parts_;
   FlowingGas flow_;
@@ -144,9 +141,18 @@ class GasFilled {
   /// The gas of the part, without the name of its object.
   virtual StepGas::Part gas_part() const = 0;
   /// Replaces the gas of the part by its share of a gas that several parts have in common.
-  virtual void share_gas(std::shared_ptr<StepGas> gas, std::size_t part) = 0;
+  void share_gas(std::shared_ptr<StepGas> gas, std::size_t part) {
+    gas_ = std::move(gas);
+    number_ = part;
+  }
   /// Ends the step in progress at positions `end`. Collective. @returns mass and heat that its chambers have exchanged
-  virtual GasExchange end_gas(const Field& end) = 0;
+  GasExchange end_gas(const Field& end) { return gas_->end_step(number_, end, time_, h_); }
+
+ protected:
+  std::shared_ptr<StepGas> gas_;
+  std::size_t number_ = 0;  ///< of the part of the gas
+  double time_ = 0;         ///< at the end of the step [s]
+  double h_ = 0;            ///< its length [s]
 };
 
 }  // namespace equilibrium

@@ -10,10 +10,7 @@ inline namespace equilibrium {
 
 /// Time integration by TimeIntegrator.
 enum class TimeScheme { implicit_euler, generalized_alpha, statics };
-inline const std::vector<std::string>& names_of(TimeScheme) {
-  static const std::vector<std::string> names{"implicit_euler", "generalized_alpha", "statics"};
-  return names;
-}
+inline std::vector<std::string> names_of(TimeScheme) { return {"implicit_euler", "generalized_alpha", "statics"}; }
 
 /// Velocity and acceleration of a vertex at the end of a step.
 struct Kinematics {

@@ -203,8 +203,8 @@ void WallPart::set_step(const Field& position, const StepStart& start, double fr
   time_end_ = start.time + integrator_.load_step(h_);
   time_ = fraction == 1 ? time_end_ : start.time + fraction * start.h;
   start_.values() = position.values();
-  double place = position.values().cols() > 0 ? position.values().cwiseAbs().maxCoeff() : 0;
-  place = max_over_ranks(comm(), place);
+  const double own_place = position.values().cols() > 0 ? position.values().cwiseAbs().maxCoeff() : 0;
+  const double place = max_over_ranks(comm(), own_place);
   const bool has_inertia = options_.inertia && !integrator_.is_static();
   const auto vertices = static_cast<double>(vertices_.global);
   const double inertia = has_inertia ? total_mass_ / vertices * integrator_.inertia(h_) : 0;
@@ -272,7 +272,7 @@ double WallPart::inverted(const Field& from, const Field& to) const {
   return sum_over_ranks(comm(), static_cast<double>(model_.elements.inverted(from, to)));
 }
 
-void WallPart::begin_tangent(Curvature /*curvature*/, double psd_blend) {
+void WallPart::begin_tangent(double psd_blend) {
   for (Potential* potential : potentials_) {
     potential->set_psd_blend(psd_blend);
   }

@@ -27,12 +27,16 @@ int RankInterface::number(PetscInt row) const {
   return static_cast<int>(std::lower_bound(rows_.begin(), rows_.end(), row) - rows_.begin());
 }
 
-void RankInterface::set_border(const std::vector<int>& border, int width) {
-  border_ = border;
+void RankInterface::set_border(const std::vector<bool>& is_coupled, int width) {
+  for (int number = 0; number < size(); ++number) {
+    if (is_coupled[number]) {
+      border_.push_back(number);
+    }
+  }
   width_ = width;
   std::vector<int> loaded(own_.size());
   std::iota(loaded.begin(), loaded.end(), own_first_);
-  loaded.insert(loaded.end(), border.begin(), border.end());
+  loaded.insert(loaded.end(), border_.begin(), border_.end());
   loads_.resize(static_cast<std::size_t>(width) * loaded.size());
   gatherer_ = Gatherer(comm_, loads_.size());
   loaded_ = of_all_ranks(comm_, loaded);

@@ -32,9 +32,10 @@ class RankInterface {
   /// Number of an inner row of this rank among its inner rows.
   int inner_number(PetscInt row) const { return number_[row - first_]; }
 
-  /// Sets the interface rows coupled with this rank's inner rows. Collective. @param border their numbers, ascending
-  /// @param width number of values of each row when loads are summed
-  void set_border(const std::vector<int>& border, int width);
+  /// Sets the border, the interface rows coupled with this rank's inner rows. Collective.
+  /// @param is_coupled of each interface row @param width number of values of each row when loads are summed
+  void set_border(const std::vector<bool>& is_coupled, int width);
+  /// Numbers in the interface of the border's rows, ascending.
   const std::vector<int>& border() const { return border_; }
 
   /// Sums over all ranks, from the first to the last, the loads on the interface. Collective.

@@ -276,13 +276,10 @@ void Substructures::find_pattern(Mat matrix) {
     }
     starts.push_back(static_cast<int>(upper.size()));
   }
-  std::vector<int> border;
-  for (std::size_t k = 0; k < in_column.size(); ++k) {
-    if (!in_column[k].empty()) {
-      border.push_back(static_cast<int>(k));
-    }
-  }
-  interface_.set_border(border, 1);
+  std::vector<bool> is_coupled(in_column.size());
+  std::transform(in_column.begin(), in_column.end(), is_coupled.begin(), [](const auto& of) { return !of.empty(); });
+  interface_.set_border(is_coupled, 1);
+  const std::vector<int>& border = interface_.border();
   std::vector<int> next(in_column.size());  // place of a column's next entry
   for (std::size_t b = 0; b < border.size(); ++b) {
     const auto& column = in_column[border[b]];

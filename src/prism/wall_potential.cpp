@@ -24,13 +24,13 @@ std::unique_ptr<ElementStiffness> make_stiffness(const PrismElements& elements, 
 
 }  // namespace
 
-std::vector<VertexPair> pairs_of_elements(const Membrane& membrane) {
+std::vector<VertexPair> pairs_of_elements(const Surface& surface) {
   std::vector<VertexPair> pairs;
-  pairs.reserve(9 * membrane.triangles.size());
-  for (const std::array<PetscInt, 3>& triangle : membrane.triangles) {
+  pairs.reserve(9 * surface.triangles.size());
+  for (const std::array<PetscInt, 3>& triangle : surface.triangles) {
     for (const PetscInt i : triangle) {
       for (const PetscInt j : triangle) {
-        pairs.push_back({i, membrane.particles.to_global(j)});
+        pairs.push_back({i, surface.particles.to_global(j)});
       }
     }
   }

@@ -12,8 +12,8 @@
 namespace pellicle {
 inline namespace prism {
 
-/// The pairs of corners of the local elements, nine for each, in the order of ElementStiffness::add_blocks.
-std::vector<VertexPair> pairs_of_elements(const Membrane& membrane);
+/// The pairs of corners of a surface's local triangles, nine for each, in the order of ElementStiffness::add_blocks.
+std::vector<VertexPair> pairs_of_elements(const Surface& surface);
 
 /// The elastic energy of the wall. Its exact Hessian includes the stiffness of the pressure on the elements, which the
 /// same kernels add. The positive one is that of MetricStiffness, without the pressure's. No communication.

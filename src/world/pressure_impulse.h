@@ -17,21 +17,13 @@ class GasCoupling : public GasFilled {
   /// All must outlive it. @param start positions at the beginning of a step @param end at its end, and until the sheet
   /// has moved those at the beginning
   GasCoupling(const Chambers& chambers, const GasStep& gas_step, const Field& start, const Field& end)
-      : chambers_(chambers),
-        gas_step_(gas_step),
-        start_(start),
-        end_(end),
-        gas_(std::make_shared<StepGas>(std::vector<StepGas::Part>{gas_part()})) {}
+      : chambers_(chambers), gas_step_(gas_step), start_(start), end_(end) {
+    gas_ = std::make_shared<StepGas>(std::vector<StepGas::Part>{gas_part()});
+  }
 
   StepGas::Part gas_part() const override {
     return {"", &chambers_, &gas_step_, &start_, &end_, GasTangent::exact, 0, {}, true};
   }
-  void share_gas(std::shared_ptr<StepGas> gas, std::size_t part) override {
-    gas_ = std::move(gas);
-    number_ = part;
-  }
-
-  GasExchange end_gas(const Field& end) override { return gas_->end_step(number_, end, time_, h_); }
   /// Begins the step of the gas. @param time at the end of the step [s] @param h its length [s]
   void begin_step(double time, double h) {
     time_ = time;
@@ -51,10 +43,6 @@ class GasCoupling : public GasFilled {
   const GasStep& gas_step_;
   const Field& start_;
   const Field& end_;
-  std::shared_ptr<StepGas> gas_;
-  std::size_t number_ = 0;
-  double time_ = 0;
-  double h_ = 0;
 };
 
 /// The gas in a projected sheet in a step: h W g p is added to its velocities before the projection, with the volume's

@@ -17,7 +17,7 @@
 
 #include "base/error.h"
 #include "elastic/bending_potential.h"
-#include "elastic/inertia.h"
+#include "elastic/mass_part.h"
 #include "elastic/spring_potential.h"
 #include "energies/tangent.h"
 #include "meshing/generators.h"

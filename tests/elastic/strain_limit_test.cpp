@@ -1,5 +1,3 @@
-#include "elastic/strain_limit.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>

@@ -207,16 +207,13 @@ struct ChainPart : StepPart {
     return last_gradient;
   }
   const std::vector<double>& squared_forces() const override { return forces; }
-  Eigen::VectorXd own_rows() override { return pressure_scales().cwiseProduct(volume_residual()); }
+  Eigen::VectorXd own_rows() const override { return pressure_scales().cwiseProduct(volume_residual()); }
   bool inverts() const override { return can_invert; }
   double inverted(const Field& from, const Field& to) const override {
     return (number == 0 ? 1 : 100) * (to.values() - from.values()).row(0).sum();
   }
   int columns() const override { return static_cast<int>(number) + 1; }
-  void begin_tangent(Curvature curvature, double psd_blend) override {
-    last_curvature = curvature;
-    last_share = psd_blend;
-  }
+  void begin_tangent(double psd_blend) override { last_share = psd_blend; }
   LowRank dense_tangent() override {
     LowRank result(owned_columns().sparseView(), coefficients_of(number));
     result.mixing = mixing_of(number);
@@ -289,7 +286,6 @@ struct ChainPart : StepPart {
   // and what it asks for.
   int forgotten = 0;
   int asked = 0;
-  Curvature last_curvature = Curvature::psd;
   double last_share = -1;
 };
 
@@ -467,7 +463,7 @@ TEST(StepObjective, has_the_second_derivative_of_that_sum) {
     objective.update_pattern();
     EXPECT_EQ(objective.columns(), joined.size() - joined.positions());
     LowRankSystem system(objective.tangent().matrix(), objective.columns(), "test_", {KSPCG, PCJACOBI, 1e-12});
-    objective.update_tangent(Curvature::exact, system);
+    objective.update_tangent(system, 0);
     Eigen::VectorXd direction = Eigen::VectorXd::Zero(joined.size());
     direction.head(joined.positions()) =
         joined.projected(joined.some_unknowns().reverse() + Eigen::VectorXd::Ones(joined.size()))
@@ -493,15 +489,14 @@ TEST(StepObjective, tells_how_far_towards_the_positive_tangent_it_goes) {
     all.coefficients[2] *= 10;
     left.push_back(share_left);
   });
-  objective.update_tangent(Curvature::exact, system, 0.25);
+  objective.update_tangent(system, 0.25);
   EXPECT_EQ(joined.joint->psd_blend, 0.25);
   for (const auto& part : joined.parts) {
-    EXPECT_EQ(part->last_curvature, Curvature::exact);
     EXPECT_EQ(part->last_share, 0.25);
   }
   EXPECT_DOUBLE_EQ(system.low_rank().coefficients[2], 10 * coefficients_of(1)[1]);
-  objective.update_tangent(Curvature::psd, system);
-  EXPECT_EQ(joined.parts.back()->last_curvature, Curvature::psd);
+  objective.update_tangent(system, 1);
+  EXPECT_EQ(joined.parts.back()->last_share, 1);
   EXPECT_EQ(left, (std::vector<double>{0.75, 0}));
 }
 

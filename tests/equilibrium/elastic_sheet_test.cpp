@@ -7,7 +7,7 @@
 #include <cmath>
 #include <functional>
 #include <map>
-#include <memory>
+#include <vector>
 
 #include "meshing/generators.h"
 #include "surface/shell.h"
@@ -29,55 +29,26 @@ Sheet sheet_of(MPI_Comm comm, const SurfaceMesh& mesh) {
   return make_sheet(comm, mesh, options);
 }
 
+using IsPinned = std::function<bool(const Eigen::Vector3d&)>;
+
+std::vector<bool> pinned_of(const Sheet& sheet, const IsPinned& is_pinned) {
+  std::vector<bool> pinned;
+  for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
+    pinned.push_back(is_pinned && is_pinned(sheet.rest.col(i)));
+  }
+  return pinned;
+}
+
 /// An elastic sheet in motion without heat.
-class Moving {
+class Moving : public MovingSheet<ElasticSheet> {
  public:
   Moving(const Sheet& sheet, const SheetMaterial& material, const ElasticOptions& options,
-         const std::function<bool(const Eigen::Vector3d&)>& is_pinned = {})
-      : positions(sheet.particles, 3), velocities(sheet.particles, 3), sheet_(sheet), start_(sheet.particles, 3) {
-    positions.values() = sheet.rest;
-    for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
-      pinned_.push_back(is_pinned && is_pinned(sheet.rest.col(i)));
-    }
-    ones_.assign(pinned_.size(), 1);
-    step_ = std::make_unique<BalancedStep<ElasticSheet>>(options, sheet, material, 0.01, MaterialFactors(), pinned_,
-                                                         pinned_, options);
-  }
-
-  ImplicitResult advance(double h, const Eigen::Vector3d& gravity = {0, 0, 0}, double damping = 0) {
-    start_.values() = positions.values();
-    for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
-      if (!pinned_[i]) {
-        velocities.vector(i) = std::exp(-damping * h) * velocities.vector(i) + h * gravity;
-        positions.vector(i) += h * velocities.vector(i);
-      }
-    }
-    const ImplicitResult result = step_->advance(
-        positions,
-        {{sheet_.initial_mass, pinned_, start_, h}, initial_lengths(sheet_), ones_, ones_, ActiveSet(sheet_)});
-    EXPECT_TRUE(result.converged) << result.reason;
-    velocities.values() = (positions.values() - start_.values()) / h;
-    return result;
-  }
+         const IsPinned& is_pinned = {})
+      : MovingSheet(sheet, pinned_of(sheet, is_pinned), options, material, 0.01, MaterialFactors(),
+                    pinned_of(sheet, is_pinned), pinned_of(sheet, is_pinned), options) {}
 
   /// Kinetic and elastic energy of all ranks [J].
-  double energy() const {
-    double kinetic = 0;
-    for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
-      kinetic += 0.5 * sheet_.initial_mass[i] * velocities.vector(i).squaredNorm();
-    }
-    MPI_Allreduce(MPI_IN_PLACE, &kinetic, 1, MPI_DOUBLE, MPI_SUM, sheet_.comm());
-    return kinetic + step_->part.elastic_energy(positions);
-  }
-
-  Eigen::Vector3d momentum() const {
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
-      sum += sheet_.initial_mass[i] * velocities.vector(i);
-    }
-    MPI_Allreduce(MPI_IN_PLACE, sum.data(), 3, MPI_DOUBLE, MPI_SUM, sheet_.comm());
-    return sum;
-  }
+  double energy() const { return kinetic_energy() + step_.part.elastic_energy(positions); }
 
   /// Largest coordinates of the corners [m].
   Eigen::Vector3d largest() const {
@@ -85,26 +56,9 @@ class Moving {
     for (PetscInt i = 0; i < sheet_.owned_corners; ++i) {
       largest = largest.cwiseMax(positions.vector(i));
     }
-    MPI_Allreduce(MPI_IN_PLACE, largest.data(), 3, MPI_DOUBLE, MPI_MAX, sheet_.comm());
+    max_over_ranks(sheet_.comm(), largest);
     return largest;
   }
-
-  void stir(double speed) {
-    for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
-      const auto id = static_cast<double>(sheet_.persistent_id[i]);
-      velocities.vector(i) = speed * Eigen::Vector3d(std::sin(7 * id), std::sin(11 * id + 1), std::sin(13 * id + 2));
-    }
-  }
-
-  Field positions;
-  Field velocities;
-
- private:
-  const Sheet& sheet_;
-  std::vector<bool> pinned_;
-  std::vector<double> ones_;
-  std::unique_ptr<BalancedStep<ElasticSheet>> step_;
-  Field start_;
 };
 
 ElasticOptions tight() {
@@ -316,7 +270,7 @@ TEST(ElasticSheetTest, a_failed_solve_is_a_result) {
 
 /// A step of a sheet whose target lengths are those of the mesh times a factor.
 struct LimitedStep {
-  LimitedStep(MPI_Comm comm, double factor, double limit, const std::function<bool(const Eigen::Vector3d&)>& is_pinned)
+  LimitedStep(MPI_Comm comm, double factor, double limit, const IsPinned& is_pinned)
       : sheet(sheet_of(comm, grid_mesh(8, 4, 0.1))), positions(sheet.particles, 3), target(initial_lengths(sheet)) {
     Field start(sheet.particles, 3);
     start.values() = positions.values() = sheet.rest;
@@ -325,10 +279,7 @@ struct LimitedStep {
         length *= factor;
       }
     }
-    std::vector<bool> pinned;
-    for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
-      pinned.push_back(is_pinned(sheet.rest.col(i)));
-    }
+    const std::vector<bool> pinned = pinned_of(sheet, is_pinned);
     const std::vector<double> ones(pinned.size(), 1);
     ElasticOptions options;
     options.snes_rtol = 1e-6;

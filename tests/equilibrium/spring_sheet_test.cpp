@@ -44,46 +44,18 @@ Sheet chain(PetscInt particles, double length, double mass) {
   return sheet;
 }
 
-/// A sheet in motion without heat: external force, springs, velocity update.
-class Moving {
+/// A mass-spring sheet in motion without heat.
+class Moving : public MovingSheet<SpringSheet> {
  public:
-  Moving(const Sheet& sheet, std::vector<bool> pinned, const SpringOptions& options)
-      : positions(sheet.particles, 3),
-        velocities(sheet.particles, 3),
-        sheet_(sheet),
-        pinned_(std::move(pinned)),
-        stiffness_(options.stiffness),
-        ones_(pinned_.size(), 1),
-        springs_(options, sheet, options, pinned_, 0.01, std::vector<Potential*>()),
-        start_(sheet.particles, 3) {
-    positions.values() = sheet.rest;
-  }
+  Moving(const Sheet& sheet, const std::vector<bool>& pinned, const SpringOptions& options)
+      : MovingSheet(sheet, pinned, options, options, pinned, 0.01, std::vector<Potential*>()),
+        stiffness_(options.stiffness) {}
   Moving(const Sheet& sheet, const SpringOptions& options)
       : Moving(sheet, std::vector<bool>(static_cast<std::size_t>(sheet.particles.local()), false), options) {}
-
-  ImplicitResult advance(double h, const Eigen::Vector3d& gravity = {0, 0, 0}) {
-    start_.values() = positions.values();
-    for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
-      if (!pinned_[i]) {
-        velocities.vector(i) += h * gravity;
-        positions.vector(i) += h * velocities.vector(i);
-      }
-    }
-    unconstrained = positions.values();
-    ImplicitResult result = springs_.advance(
-        positions,
-        {{sheet_.initial_mass, pinned_, start_, h}, initial_lengths(sheet_), ones_, ones_, ActiveSet(sheet_)});
-    EXPECT_TRUE(result.converged) << result.reason;
-    velocities.values() = (positions.values() - start_.values()) / h;
-    return result;
-  }
 
   /// Kinetic energy and that of the springs, of all ranks [J].
   double energy() const {
     double energy = 0;
-    for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
-      energy += 0.5 * sheet_.initial_mass[i] * velocities.vector(i).squaredNorm();
-    }
     for (const SpringSet& set : sheet_.springs) {
       for (PetscInt s = 0; s < set.owned(); ++s) {
         const auto [a, b] = set.ends[s];
@@ -91,31 +63,11 @@ class Moving {
         energy += 0.5 * stiffness_ * stretch * stretch;
       }
     }
-    MPI_Allreduce(MPI_IN_PLACE, &energy, 1, MPI_DOUBLE, MPI_SUM, sheet_.comm());
-    return energy;
+    return kinetic_energy() + sum_over_ranks(sheet_.comm(), energy);
   }
-
-  /// Sum of mass times `values` of the owned particles of all ranks.
-  Eigen::Vector3d weighted_sum(const Eigen::Matrix3Xd& values) const {
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
-      sum += sheet_.initial_mass[i] * values.col(i);
-    }
-    MPI_Allreduce(MPI_IN_PLACE, sum.data(), 3, MPI_DOUBLE, MPI_SUM, sheet_.comm());
-    return sum;
-  }
-
-  Field positions;
-  Field velocities;
-  Eigen::Matrix3Xd unconstrained;
 
  private:
-  const Sheet& sheet_;
-  std::vector<bool> pinned_;
   double stiffness_;
-  std::vector<double> ones_;
-  BalancedStep<SpringSheet> springs_;
-  Field start_;
 };
 
 class SpringSheetTest : public ::testing::Test {
@@ -136,14 +88,6 @@ class SpringSheetTest : public ::testing::Test {
     options.thickness = 0.03;
     options.areal_density = 1;
     return make_sheet(comm, grid_mesh(9, 7, 0.1), options);
-  }
-
-  /// Velocities that depend on the persistent ids only.
-  static void stir(const Sheet& sheet, Field& velocities, double speed) {
-    for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
-      const auto id = static_cast<double>(sheet.persistent_id[i]);
-      velocities.vector(i) = speed * Eigen::Vector3d(std::sin(7 * id), std::sin(11 * id + 1), std::sin(13 * id + 2));
-    }
   }
 
  private:
@@ -244,8 +188,8 @@ TEST_F(SpringSheetTest, free_sheet_keeps_its_momentum_and_its_springs_give_no_to
   options.damping = 0.01;
   Moving motion(sheet, options);
   motion.positions.values().topRows(1) *= 1.05;
-  stir(sheet, motion.velocities, 0.5);
-  const Eigen::Vector3d momentum = motion.weighted_sum(motion.velocities.values());
+  motion.stir(0.5);
+  const Eigen::Vector3d momentum = motion.momentum();
   for (int n = 0; n < 5; ++n) {
     const ImplicitResult result = motion.advance(0.01);
     EXPECT_LT(result.residual, 1e-5) << "Newton's method has converged";
@@ -255,7 +199,7 @@ TEST_F(SpringSheetTest, free_sheet_keeps_its_momentum_and_its_springs_give_no_to
     }
     EXPECT_LT(motion.weighted_sum(torque).norm(), 1e-7 * motion.weighted_sum(torque.cwiseAbs()).norm());
   }
-  EXPECT_LT((motion.weighted_sum(motion.velocities.values()) - momentum).norm(), 1e-10);
+  EXPECT_LT((motion.momentum() - momentum).norm(), 1e-10);
 }
 
 TEST_F(SpringSheetTest, energy_never_grows_in_free_motion) {
@@ -264,7 +208,7 @@ TEST_F(SpringSheetTest, energy_never_grows_in_free_motion) {
     SpringOptions options;
     options.stiffness = stiffness;
     Moving motion(sheet, options);
-    stir(sheet, motion.velocities, 0.5);
+    motion.stir(0.5);
     double energy = motion.energy();
     for (int n = 0; n < 30; ++n) {
       motion.advance(0.01);

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "energies/potential.h"
-#include "energies/term_product.h"
+#include "energies/tangent_products.h"
 
 namespace pellicle {
 

@@ -1,4 +1,4 @@
-#include "energies/term_product.h"
+#include "energies/tangent_products.h"
 
 #include <gtest/gtest.h>
 
