@@ -105,7 +105,7 @@ Sides across_x() {
   return sides;
 }
 
-TEST_F(CracksOfAWall, run_across_the_stress_that_exceeds_the_strength) {
+TEST_F(CracksOfAWall, RunAcrossTheStressThatExceedsTheStrength) {
   set_stress(99.99, {1, 0, 0});
   EXPECT_EQ(cracks(), Sides{});
   set_stress(100.01, {1, 0, 0});
@@ -121,7 +121,7 @@ TEST_F(CracksOfAWall, run_across_the_stress_that_exceeds_the_strength) {
   }
 }
 
-TEST_F(CracksOfAWall, are_where_of_the_sides_that_meet_most_is_pulled) {
+TEST_F(CracksOfAWall, AreWhereOfTheSidesThatMeetMostIsPulled) {
   // A side has the mean of the stresses of the triangles beside it: with an idle one less than the strength.
   set_stress_of(4, 195);
   EXPECT_EQ(cracks(), (Sides{{vertex(4, 0), vertex(5, 1)}})) << "between two triangles that are pulled alike";
@@ -131,7 +131,7 @@ TEST_F(CracksOfAWall, are_where_of_the_sides_that_meet_most_is_pulled) {
   EXPECT_EQ(cracks(), (Sides{{vertex(5, 0), vertex(5, 1)}, {vertex(10, 0), vertex(10, 1)}}));
 }
 
-TEST_F(CracksOfAWall, begin_sooner_where_it_has_charred) {
+TEST_F(CracksOfAWall, BeginSoonerWhereItHasCharred) {
   // c = 0.2 + 0.8 (m - m^min)/(1 - m^min): 0.6 at three quarters of the mass.
   set_mass(0.75);
   set_stress(59.9, {1, 0, 0});
@@ -143,7 +143,7 @@ TEST_F(CracksOfAWall, begin_sooner_where_it_has_charred) {
   EXPECT_EQ(cracks(), across_x());
 }
 
-TEST_F(CracksOfAWall, depend_on_the_seed) {
+TEST_F(CracksOfAWall, DependOnTheSeed) {
   options_.strength_scatter = 0.5;
   options_.scatter_length = 3 * edge;
   set_stress(90, {1, 0, 0});
@@ -154,7 +154,7 @@ TEST_F(CracksOfAWall, depend_on_the_seed) {
   EXPECT_NE(cracks(), some);
 }
 
-TEST_F(CracksOfAWall, spare_what_is_pinned_burnt_or_cracked_already) {
+TEST_F(CracksOfAWall, SpareWhatIsPinnedBurntOrCrackedAlready) {
   set_stress(150, {1, 0, 0});
   for (std::size_t i = 0; i < pinned_.size(); ++i) {
     pinned_[i] = membrane_.persistent_id[i] % (columns + 1) == 3;  // a column
@@ -176,7 +176,7 @@ TEST_F(CracksOfAWall, spare_what_is_pinned_burnt_or_cracked_already) {
   EXPECT_EQ(std::count(beside.begin(), beside.end(), std::array{vertex(4, 0), vertex(4, 1)}), 0);
 }
 
-TEST_F(CracksOfAWall, are_known_to_both_elements_on_every_rank) {
+TEST_F(CracksOfAWall, AreKnownToBothElementsOnEveryRank) {
   set_stress(150, {1, 0, 0});
   Ablation ablation(membrane_);
   EXPECT_TRUE(ablation.crack(active_, own_cracks()));

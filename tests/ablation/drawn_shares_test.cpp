@@ -73,7 +73,7 @@ struct BurntSheet {
   DrawnSurface surface;
 };
 
-TEST(DrawnShares, of_an_unburnt_sheet_are_its_density) {
+TEST(DrawnShares, OfAnUnburntSheetAreItsDensity) {
   const BurntSheet flat(
       7, 5, [](const Eigen::Vector3d&) { return 1.0; }, 0);
   const std::vector<double> density =
@@ -84,7 +84,7 @@ TEST(DrawnShares, of_an_unburnt_sheet_are_its_density) {
 }
 
 // Holes, lace, strips, a front, and crumbs of which little is drawn.
-TEST(DrawnShares, add_up_to_what_the_particles_have) {
+TEST(DrawnShares, AddUpToWhatTheParticlesHave) {
   const std::vector<std::function<double(const Eigen::Vector3d&)>> ratios{
       [](const Eigen::Vector3d& x) { return 0.55 + 0.2 * std::sin(2 * x.x()) * std::cos(1.7 * x.y()); },
       [](const Eigen::Vector3d& x) { return 0.5 + 0.3 * std::sin(40 * x.x() + 30 * x.y()); },
@@ -111,7 +111,7 @@ TEST(DrawnShares, add_up_to_what_the_particles_have) {
 }
 
 // A front just behind a row of corners: slivers are drawn of the cells beyond it, which hold much mass.
-TEST(DrawnShares, slivers_at_a_front_are_not_heavy) {
+TEST(DrawnShares, SliversAtAFrontAreNotHeavy) {
   const BurntSheet front(
       9, 4, [](const Eigen::Vector3d& x) { return std::clamp(0.5 + 0.1 * (4.01 - x.x()), 0.3, 1.0); }, 0);
   const std::vector<double> density =

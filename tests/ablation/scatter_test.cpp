@@ -107,7 +107,7 @@ Membrane wall(const Cells& cells) {
   return membrane;
 }
 
-TEST(Scatter, is_that_of_the_strip_and_not_of_its_cells) {
+TEST(Scatter, IsThatOfTheStripAndNotOfItsCells) {
   const std::vector<double> fine = strengths(shell_of(strip_mesh({40, 8}, false)));
   EXPECT_GT(deviation(fine), 0.03);
   EXPECT_LT(deviation(fine), 0.12);

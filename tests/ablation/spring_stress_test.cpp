@@ -110,7 +110,7 @@ double threshold(TearScene& scene, const std::vector<double>& texture = {}) {
   return above;
 }
 
-TEST(Tearing, uniform_stress_tears_at_the_strength) {
+TEST(Tearing, UniformStressTearsAtTheStrength) {
   TearScene scene;
   EXPECT_NEAR(threshold(scene), 100, 1e-6);
   // The frame of reference does not matter.
@@ -119,7 +119,7 @@ TEST(Tearing, uniform_stress_tears_at_the_strength) {
   EXPECT_NEAR(threshold(scene), 100, 1e-6);
 }
 
-TEST(Tearing, sides_across_the_stress_crack) {
+TEST(Tearing, SidesAcrossTheStressCrack) {
   TearScene scene;
   Tearing tearing(scene.sheet, strength_100(), {});
   scene.pull_along_x(101);
@@ -172,13 +172,13 @@ double threshold_at(double angle) {
   return above;
 }
 
-TEST(Tearing, the_directions_of_the_sides_do_not_matter) {
+TEST(Tearing, TheDirectionsOfTheSidesDoNotMatter) {
   for (const double degrees : {0.0, 10.0, 30.0, 45.0, 60.0, 90.0}) {
     EXPECT_NEAR(threshold_at(degrees * std::acos(-1) / 180), 100, 1e-6) << degrees;
   }
 }
 
-TEST(Tearing, springs_that_pull_against_each_other_do_not_tear) {
+TEST(Tearing, SpringsThatPullAgainstEachOtherDoNotTear) {
   // Two diagonals, each of sqrt(2) edges at 45 degrees, push as much as the edges round a cell pull.
   TearScene scene;
   const std::vector<double> texture = strong_corners(scene);
@@ -193,14 +193,14 @@ TEST(Tearing, springs_that_pull_against_each_other_do_not_tear) {
   EXPECT_TRUE(tearing.cracks(scene).empty());
 }
 
-TEST(Tearing, pushed_sheets_do_not_tear) {
+TEST(Tearing, PushedSheetsDoNotTear) {
   TearScene scene;
   Tearing tearing(scene.sheet, strength_100(), {});
   scene.pull_along_x(-1000);
   EXPECT_TRUE(tearing.cracks(scene).empty());
 }
 
-TEST(Tearing, what_is_pinned_at_both_ends_does_not_crack) {
+TEST(Tearing, WhatIsPinnedAtBothEndsDoesNotCrack) {
   // All corners of every second column.
   TearScene scene;
   for (std::size_t i = 0; i < scene.pinned.size(); ++i) {
@@ -212,13 +212,13 @@ TEST(Tearing, what_is_pinned_at_both_ends_does_not_crack) {
   EXPECT_EQ(threshold(scene), 1000) << "nothing moves either end";
 }
 
-TEST(Tearing, what_has_cracked_does_not_crack_again) {
+TEST(Tearing, WhatHasCrackedDoesNotCrackAgain) {
   TearScene scene;
   scene.active.cracked.assign(scene.active.cracked.size(), true);
   EXPECT_EQ(threshold(scene), 1000);
 }
 
-TEST(Tearing, what_has_burnt_does_not_crack) {
+TEST(Tearing, WhatHasBurntDoesNotCrack) {
   TearScene scene;
   scene.active.triangles.assign(scene.active.triangles.size(), false);
   for (auto& springs : scene.active.springs) {
@@ -227,7 +227,7 @@ TEST(Tearing, what_has_burnt_does_not_crack) {
   EXPECT_EQ(threshold(scene), 1000);
 }
 
-TEST(Tearing, char_and_texture_weaken) {
+TEST(Tearing, CharAndTextureWeaken) {
   TearScene scene;
   // A tenth of the strength is left at the least mass, 0.55 at half of the way.
   for (const auto& [left, fraction] :
@@ -244,7 +244,7 @@ TEST(Tearing, char_and_texture_weaken) {
       << "both are worse off than all sides that they meet, which do not exceed their strength";
 }
 
-TEST(Tearing, of_the_sides_that_meet_only_the_most_overloaded_cracks) {
+TEST(Tearing, OfTheSidesThatMeetOnlyTheMostOverloadedCracks) {
   TearScene scene;
   AblationOptions options = strength_100();
   options.strength_scatter = 0.5;

@@ -98,7 +98,7 @@ Peak peak(const Surface& surface, int n, double length) {
   return {largest[0], {largest[1], largest[2], 0}};
 }
 
-TEST(StressAverage, at_the_tip_of_a_crack_follows_from_the_stress_intensity_on_any_mesh) {
+TEST(StressAverage, AtTheTipOfACrackFollowsFromTheStressIntensityOnAnyMesh) {
   for (const double length : {0.03, 0.06}) {
     const double formula = std::sqrt(2 / length);  // K / sqrt(pi l)
     EXPECT_NEAR(peak(shell_of(slit_mesh(48)), 48, length).value, formula, 0.1 * formula) << length;
@@ -116,7 +116,7 @@ TEST(StressAverage, at_the_tip_of_a_crack_follows_from_the_stress_intensity_on_a
   }
 }
 
-TEST(StressAverage, keeps_what_is_uniform_also_round_what_has_burnt) {
+TEST(StressAverage, KeepsWhatIsUniformAlsoRoundWhatHasBurnt) {
   const Sheet sheet = shell_of(slit_mesh(12));
   const Membrane wall = wall_of(halved(slit_mesh(12)));
   for (const Surface* surface : {static_cast<const Surface*>(&sheet), static_cast<const Surface*>(&wall)}) {
@@ -137,7 +137,7 @@ TEST(StressAverage, keeps_what_is_uniform_also_round_what_has_burnt) {
   }
 }
 
-TEST(StressAverage, does_not_pass_through_a_crack) {
+TEST(StressAverage, DoesNotPassThroughACrack) {
   constexpr int n = 32;
   const Sheet sheet = shell_of(slit_mesh(n));
   std::vector<double> tension;
@@ -156,7 +156,7 @@ TEST(StressAverage, does_not_pass_through_a_crack) {
   }
 }
 
-TEST(StressAverage, does_not_depend_on_the_ranks) {
+TEST(StressAverage, DoesNotDependOnTheRanks) {
   const auto by_id = [](MPI_Comm comm) {
     const Membrane wall = wall_of(halved(irregular_mesh(10, 10, 0.1)), comm);
     std::vector<double> tension;

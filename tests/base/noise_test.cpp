@@ -25,7 +25,7 @@ double distance_from_uniform(std::vector<double> numbers) {
   return distance;
 }
 
-TEST(NoiseField, is_uniform_over_places_and_over_seeds) {
+TEST(NoiseField, IsUniformOverPlacesAndOverSeeds) {
   constexpr int count = 4000;
   const double limit = 1.95 / std::sqrt(count);  // Kolmogorov and Smirnov: one sample in a thousand is further away
   std::vector<double> numbers(count);
@@ -43,7 +43,7 @@ TEST(NoiseField, is_uniform_over_places_and_over_seeds) {
   }
 }
 
-TEST(NoiseField, varies_over_its_length) {
+TEST(NoiseField, VariesOverItsLength) {
   constexpr int count = 4000;
   const auto correlation = [](double distance) {
     double sum = 0;
@@ -61,7 +61,7 @@ TEST(NoiseField, varies_over_its_length) {
   EXPECT_NEAR(correlation(2), 0, error);
 }
 
-TEST(NoiseField, is_smooth_also_across_the_planes_of_its_lattice) {
+TEST(NoiseField, IsSmoothAlsoAcrossThePlanesOfItsLattice) {
   for (std::uint64_t n = 0; n < 200; ++n) {
     Eigen::Vector3d at = place(n);
     at[static_cast<Eigen::Index>(n % 3)] = std::floor(at[0]);

@@ -36,7 +36,7 @@ class Combustion : public ::testing::Test {
 };
 
 // At constant T > T_ign the mass falls linearly; m_loss is reached after (1 - m_loss/m_init) / (mu (T - T_ign)).
-TEST_F(Combustion, mass_falls_linearly_until_the_least_mass) {
+TEST_F(Combustion, MassFallsLinearlyUntilTheLeastMass) {
   const Field temperature = uniform(650);
   const double rate = options_.mass_loss_rate * 150;
   const double time_until_half = (1 - 0.5) / rate;
@@ -51,7 +51,7 @@ TEST_F(Combustion, mass_falls_linearly_until_the_least_mass) {
   EXPECT_EQ(change_.values().cwiseAbs().maxCoeff(), 0);  // Nothing more to lose.
 }
 
-TEST_F(Combustion, nothing_burns_at_or_below_ignition_and_mass_never_grows) {
+TEST_F(Combustion, NothingBurnsAtOrBelowIgnitionAndMassNeverGrows) {
   for (const double value : {0.0, 300.0, options_.ignition_temperature}) {
     const Field temperature = uniform(value);
     EXPECT_EQ(burn(mass_, change_, sheet_, {temperature, {}, 1}, options_), 0);
@@ -64,7 +64,7 @@ TEST_F(Combustion, nothing_burns_at_or_below_ignition_and_mass_never_grows) {
   EXPECT_EQ((mass_.values() - before).cwiseAbs().maxCoeff(), 0);
 }
 
-TEST_F(Combustion, mass_left_and_mass_burnt_add_up_to_the_initial_mass) {
+TEST_F(Combustion, MassLeftAndMassBurntAddUpToTheInitialMass) {
   const double initial = total(mass_);
   EXPECT_NEAR(initial, test_density * 0.6 * 0.5, 1e-15);
   double burnt = 0;
@@ -77,7 +77,7 @@ TEST_F(Combustion, mass_left_and_mass_burnt_add_up_to_the_initial_mass) {
   EXPECT_GT(burnt, 0.001 * initial);
 }
 
-TEST_F(Combustion, particles_that_have_left_lose_nothing_and_their_springs_keep_a_length) {
+TEST_F(Combustion, ParticlesThatHaveLeftLoseNothingAndTheirSpringsKeepALength) {
   for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
     mass_.data()[i] *= sheet_.rest(0, i) < 0.3 ? 0 : 1;
   }
@@ -103,7 +103,7 @@ TEST_F(Combustion, particles_that_have_left_lose_nothing_and_their_springs_keep_
   }
 }
 
-TEST_F(Combustion, factors_weight_particles_and_layers) {
+TEST_F(Combustion, FactorsWeightParticlesAndLayers) {
   options_.corner_factor = 0.5;
   options_.lattice_factor = 0.25;
   std::vector<double> factor;
@@ -120,7 +120,7 @@ TEST_F(Combustion, factors_weight_particles_and_layers) {
   }
 }
 
-TEST_F(Combustion, volume_ratio_follows_mass_and_density) {
+TEST_F(Combustion, VolumeRatioFollowsMassAndDensity) {
   options_.min_mass = 0.3;
   options_.initial_density = 1000;
   options_.burnt_density = 400;
@@ -133,7 +133,7 @@ TEST_F(Combustion, volume_ratio_follows_mass_and_density) {
   EXPECT_EQ(volume_ratio(1, options_), 1);
 }
 
-TEST_F(Combustion, target_lengths_shrink_by_the_mean_of_both_ends) {
+TEST_F(Combustion, TargetLengthsShrinkByTheMeanOfBothEnds) {
   for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
     mass_.data()[i] *= sheet_.is_lattice[i] ? 1 : options_.min_mass;
   }
@@ -150,7 +150,7 @@ TEST_F(Combustion, target_lengths_shrink_by_the_mean_of_both_ends) {
   }
 }
 
-TEST(CombustionReference, target_lengths_match) {
+TEST(CombustionReference, TargetLengthsMatch) {
   const std::string name = shared_folder() + "/reference/A1_burn";
   if (!std::ifstream(name + ".obj")) {
     GTEST_SKIP() << "no reference cases in " << shared_folder();

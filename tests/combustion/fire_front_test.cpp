@@ -16,7 +16,7 @@ CombustionOptions of_strip() {
   return options;
 }
 
-TEST(FireFront, goes_as_fast_as_measured_fronts_but_for_a_fifth) {
+TEST(FireFront, GoesAsFastAsMeasuredFrontsButForAFifth) {
   const CombustionOptions options = of_strip();
   for (const auto& [diffusivity, heat, measured] :
        {std::tuple(1e-3, 900.0, 0.062), std::tuple(1e-3, 1200.0, 0.092), std::tuple(1e-3, 1500.0, 0.121),
@@ -29,7 +29,7 @@ TEST(FireFront, goes_as_fast_as_measured_fronts_but_for_a_fifth) {
   }
 }
 
-TEST(FireFront, none_goes_on_with_less_heat_than_ignition_takes) {
+TEST(FireFront, NoneGoesOnWithLessHeatThanIgnitionTakes) {
   EXPECT_FALSE(fire_front({1e-3, 470, 300, 0.4}, of_strip()));
   EXPECT_TRUE(fire_front({1e-3, 480, 300, 0.4}, of_strip()));
   EXPECT_FALSE(fire_front({0, 1200, 300, 0.4}, of_strip()));

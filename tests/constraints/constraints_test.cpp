@@ -62,21 +62,21 @@ class ConstraintsTest : public ::testing::Test {
   Sheet sheet;
 };
 
-TEST_F(ConstraintsTest, nothing_given_leaves_all_free) {
+TEST_F(ConstraintsTest, NothingGivenLeavesAllFree) {
   const Constraints constraints = make({});
   EXPECT_TRUE(constraints.planes().normals.empty());
   EXPECT_LT((constraints.origin() - Vector3d(1.5, 1, 0.05)).norm(), 1e-14) << "the middle";
   expect_projectors(constraints, [](int) { return Matrix3d(Matrix3d::Identity()); });
 }
 
-TEST_F(ConstraintsTest, vertices_of_one_plane_stay_in_it) {
+TEST_F(ConstraintsTest, VerticesOfOnePlaneStayInIt) {
   const Constraints constraints = make({{"right", plane({3, 7, 8}, {-2, 0, 0})}});
   EXPECT_FALSE(constraints.planes().normals.empty());
   EXPECT_LT((constraints.origin() - Vector3d(3, 1, 0.05)).norm(), 1e-14);
   expect_projectors(constraints, [](int id) { return is_corner(id) && id % 7 == 6 ? along(0, 1, 1) : along(1, 1, 1); });
 }
 
-TEST_F(ConstraintsTest, vertices_of_two_and_three_planes_keep_what_is_common) {
+TEST_F(ConstraintsTest, VerticesOfTwoAndThreePlanesKeepWhatIsCommon) {
   std::map<std::string, SymmetryOptions> planes{{"a", plane({0, 0, 0}, {1, 0, 0})}, {"b", plane({0, 0, 0}, {0, 3, 0})}};
   const auto on_edges = [](int id) { return along(is_corner(id) && id % 7 == 0 ? 0 : 1, id < 7 ? 0 : 1, 1); };
   EXPECT_LT((make(planes).origin() - Vector3d(0, 0, 0.05)).norm(), 1e-14);
@@ -92,7 +92,7 @@ TEST_F(ConstraintsTest, vertices_of_two_and_three_planes_keep_what_is_common) {
   EXPECT_LT(make(planes).origin().norm(), 1e-14);
 }
 
-TEST_F(ConstraintsTest, a_plane_with_a_group_holds_its_vertices_only) {
+TEST_F(ConstraintsTest, APlaneWithAGroupHoldsItsVerticesOnly) {
   SymmetryOptions rim = plane({0, 0, 0}, {0, 0, 1});
   rim.group = "row";
   expect_projectors(make({{"rim", rim}}), [](int id) { return along(1, 1, id == 8 || id == 9 || id == 10 ? 0 : 1); });
@@ -100,7 +100,7 @@ TEST_F(ConstraintsTest, a_plane_with_a_group_holds_its_vertices_only) {
   EXPECT_NE(message({{"rim", rim}}).find("symmetry.rim.group: "), std::string::npos) << message({{"rim", rim}});
 }
 
-TEST_F(ConstraintsTest, skew_planes_give_orthogonal_projectors) {
+TEST_F(ConstraintsTest, SkewPlanesGiveOrthogonalProjectors) {
   const Vector3d first(1, 2, 2);
   const Vector3d second(2, 1, -1);
   const Vector3d line = first.cross(second).normalized();
@@ -119,7 +119,7 @@ TEST_F(ConstraintsTest, skew_planes_give_orthogonal_projectors) {
   EXPECT_EQ(found, 1);
 }
 
-TEST_F(ConstraintsTest, pinned_vertices_do_not_move) {
+TEST_F(ConstraintsTest, PinnedVerticesDoNotMove) {
   PinOptions constrained;
   constrained.vertices = {3, 7, 40};
   expect_projectors(make({{"left", plane({0, 0, 0}, {1, 0, 0})}}, {{"held", constrained}}), [](int id) {
@@ -129,7 +129,7 @@ TEST_F(ConstraintsTest, pinned_vertices_do_not_move) {
   });
 }
 
-TEST_F(ConstraintsTest, errors_name_the_plane_and_the_value) {
+TEST_F(ConstraintsTest, ErrorsNameThePlaneAndTheValue) {
   EXPECT_EQ(message({{"x", plane({0, 0, 0}, {0, 0, 0})}}),
             "symmetry.x.normal: 0, 0, 0 given, expected a vector that is not zero");
   EXPECT_EQ(message({{"x", plane({-0.25, 0, 0}, {1, 0, 0})}}),

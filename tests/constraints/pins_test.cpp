@@ -53,7 +53,7 @@ class PinsTest : public ::testing::Test {
   Sheet sheet;
 };
 
-TEST_F(PinsTest, corners_are_found_by_their_ends) {
+TEST_F(PinsTest, CornersAreFoundByTheirEnds) {
   PinOptions options;
   options.corners = {"all"};
   EXPECT_EQ(ids(options), (std::set<int>{0, 6, 28, 34}));
@@ -63,7 +63,7 @@ TEST_F(PinsTest, corners_are_found_by_their_ends) {
   EXPECT_EQ(ids(options), (std::set<int>{28, 6}));
 }
 
-TEST_F(PinsTest, box_takes_the_layers_asked_for) {
+TEST_F(PinsTest, BoxTakesTheLayersAskedFor) {
   PinOptions options;
   options.box = {1.1, 1.1, 1, -0.1, -0.1, -1};  // in any order: 3 x 3 corners round 2 x 2 cells
   options.layer = "corners";
@@ -74,7 +74,7 @@ TEST_F(PinsTest, box_takes_the_layers_asked_for) {
   EXPECT_EQ(ids(options).size(), 13U);
 }
 
-TEST_F(PinsTest, ball_takes_what_lies_in_it) {
+TEST_F(PinsTest, BallTakesWhatLiesInIt) {
   PinOptions options;
   options.centre = {1, 1, 0};
   options.radius = 0.51;  // more than the edge of a cell, less than its diagonal
@@ -84,7 +84,7 @@ TEST_F(PinsTest, ball_takes_what_lies_in_it) {
   EXPECT_EQ(ids(options), (std::set<int>{9, 15, 16, 17, 23, 42, 43, 48, 49}));
 }
 
-TEST_F(PinsTest, vertices_and_groups_add_up) {
+TEST_F(PinsTest, VerticesAndGroupsAddUp) {
   PinOptions options;
   options.vertices = {3, 40};
   EXPECT_EQ(ids(options), (std::set<int>{3, 40}));
@@ -92,7 +92,7 @@ TEST_F(PinsTest, vertices_and_groups_add_up) {
   EXPECT_EQ(ids(options), (std::set<int>{0, 7, 14, 21, 28, 3, 40}));
 }
 
-TEST_F(PinsTest, pinned_particles_follow_their_paths) {
+TEST_F(PinsTest, PinnedParticlesFollowTheirPaths) {
   PinOptions moved;
   moved.corners = {"max_x"};
   moved.path = {{0, 0, 0, 0}, {2, 0, 0, 1}};
@@ -115,7 +115,7 @@ TEST_F(PinsTest, pinned_particles_follow_their_paths) {
   }
 }
 
-TEST_F(PinsTest, errors_name_the_pin_and_the_selector) {
+TEST_F(PinsTest, ErrorsNameThePinAndTheSelector) {
   PinOptions options;
   EXPECT_EQ(message({{"left", options}}).rfind("pins.left: selects nothing", 0), 0U);
   options.corners = {"upper"};

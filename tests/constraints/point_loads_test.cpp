@@ -80,9 +80,9 @@ class PointLoadsTest : public ::testing::Test {
   std::vector<double> areas;
 };
 
-TEST_F(PointLoadsTest, nothing_given_is_empty) { EXPECT_TRUE(make({}).empty()); }
+TEST_F(PointLoadsTest, NothingGivenIsEmpty) { EXPECT_TRUE(make({}).empty()); }
 
-TEST_F(PointLoadsTest, attachments_pull_to_their_moving_places) {
+TEST_F(PointLoadsTest, AttachmentsPullToTheirMovingPlaces) {
   AttachmentOptions spring;
   spring.vertices = {8, 9, 10};
   spring.path = {{0, 0, 0, 0}, {2, 0, 0, 0.2}};
@@ -105,7 +105,7 @@ TEST_F(PointLoadsTest, attachments_pull_to_their_moving_places) {
   }
 }
 
-TEST_F(PointLoadsTest, forces_add_up_to_what_is_given) {
+TEST_F(PointLoadsTest, ForcesAddUpToWhatIsGiven) {
   PushOptions push;
   push.box = {0.9, 0.9, -1, 2.1, 2.1, 1};
   push.layer = "corners";
@@ -131,7 +131,7 @@ TEST_F(PointLoadsTest, forces_add_up_to_what_is_given) {
   }
 }
 
-TEST_F(PointLoadsTest, errors_name_the_object_and_the_key) {
+TEST_F(PointLoadsTest, ErrorsNameTheObjectAndTheKey) {
   AttachmentOptions spring;
   EXPECT_EQ(message({{"spring", spring}}, {}).rfind("attachments.spring: selects nothing", 0), 0U);
   spring.vertices = {3};

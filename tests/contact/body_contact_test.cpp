@@ -59,7 +59,7 @@ class BodyContactTest : public ::testing::Test {
   Field start;
 };
 
-TEST_F(BodyContactTest, a_plane_presses_with_the_pressure_of_the_barrier) {
+TEST_F(BodyContactTest, APlanePressesWithThePressureOfTheBarrier) {
   BodyOptions floor;
   floor.shape = "plane";
   floor.margin = 0.1;
@@ -77,7 +77,7 @@ TEST_F(BodyContactTest, a_plane_presses_with_the_pressure_of_the_barrier) {
   EXPECT_EQ(contacts, sheet.particles.global);
 }
 
-TEST_F(BodyContactTest, what_touches_a_body_at_first_does_not_press_yet) {
+TEST_F(BodyContactTest, WhatTouchesABodyAtFirstDoesNotPressYet) {
   BodyOptions floor;
   floor.shape = "plane";
   floor.point = {0, 0, -0.02};
@@ -89,7 +89,7 @@ TEST_F(BodyContactTest, what_touches_a_body_at_first_does_not_press_yet) {
   EXPECT_LT(potential.loads(lower)[0].force.z(), -1);
 }
 
-TEST_F(BodyContactTest, the_gradient_is_that_of_the_value) {
+TEST_F(BodyContactTest, TheGradientIsThatOfTheValue) {
   BodyOptions ball;
   ball.path = {{0, 1.3, 0.9, -2}, {0.1, 1.3, 0.9, -0.62}, {0.2, 1.31, 0.9, -0.6}};
   ball.radius = 0.6;
@@ -140,7 +140,7 @@ class Product : public HessianBlocks {
   mutable Eigen::Matrix3Xd result_;
 };
 
-TEST_F(BodyContactTest, the_hessian_is_exact_for_planes_and_positive) {
+TEST_F(BodyContactTest, TheHessianIsExactForPlanesAndPositive) {
   BodyOptions floor;
   floor.shape = "plane";
   floor.point = {0, 0, -0.13};
@@ -172,7 +172,7 @@ TEST_F(BodyContactTest, the_hessian_is_exact_for_planes_and_positive) {
   }
 }
 
-TEST_F(BodyContactTest, nothing_passes_through_a_thin_body) {
+TEST_F(BodyContactTest, NothingPassesThroughAThinBody) {
   BodyOptions wire;
   wire.shape = "capsule";
   wire.axis = {1, 0.2, 0};
@@ -210,7 +210,7 @@ TEST_F(BodyContactTest, nothing_passes_through_a_thin_body) {
   EXPECT_GT(potential.loads(x)[0].gap, -0.02);
 }
 
-TEST_F(BodyContactTest, zero_margin_and_degenerate_triangles_press_as_well) {
+TEST_F(BodyContactTest, ZeroMarginAndDegenerateTrianglesPressAsWell) {
   // Two corners of each cell at the same place, the sheet folded to a line.
   for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
     start.vector(i).y() = 0;

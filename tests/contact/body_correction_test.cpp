@@ -69,7 +69,7 @@ class BodyCorrectionTest : public ::testing::Test {
   double time = 0;
 };
 
-TEST_F(BodyCorrectionTest, sphere_pushes_out_to_its_radius_and_margin) {
+TEST_F(BodyCorrectionTest, SpherePushesOutToItsRadiusAndMargin) {
   BodyOptions ball;
   ball.centre = {1, 2, 3};
   ball.radius = 0.5;
@@ -86,7 +86,7 @@ TEST_F(BodyCorrectionTest, sphere_pushes_out_to_its_radius_and_margin) {
   EXPECT_EQ(positions.vector(2), ball.centre + 0.52 * direction) << "left alone";
 }
 
-TEST_F(BodyCorrectionTest, friction_on_a_sphere_leaves_points_on_it) {
+TEST_F(BodyCorrectionTest, FrictionOnASphereLeavesPointsOnIt) {
   BodyOptions ball;
   ball.radius = 0.5;
   ball.friction = 0.3;
@@ -108,7 +108,7 @@ TEST_F(BodyCorrectionTest, friction_on_a_sphere_leaves_points_on_it) {
   EXPECT_LT(positions.vector(2).x(), 0.5 * before.col(2).normalized().x() - 0.002) << "the slip is less by mu d";
 }
 
-TEST_F(BodyCorrectionTest, block_on_a_slope_sticks_below_the_angle_of_friction) {
+TEST_F(BodyCorrectionTest, BlockOnASlopeSticksBelowTheAngleOfFriction) {
   BodyCorrection slope = one(plane({0.5, 0, 1}, 0.51));  // tan = 0.5
   for (int n = 0; n < 200; ++n) {
     advance(slope, 0.01);
@@ -117,7 +117,7 @@ TEST_F(BodyCorrectionTest, block_on_a_slope_sticks_below_the_angle_of_friction) 
   EXPECT_LT(velocities.values().cwiseAbs().maxCoeff(), 1e-12);
 }
 
-TEST_F(BodyCorrectionTest, block_on_a_slope_slides_with_gravity_less_friction) {
+TEST_F(BodyCorrectionTest, BlockOnASlopeSlidesWithGravityLessFriction) {
   const double angle = std::atan(0.5);
   const Eigen::Vector3d downhill(std::cos(angle), 0, -std::sin(angle));
   for (const double friction : {0.0, 0.3}) {
@@ -134,7 +134,7 @@ TEST_F(BodyCorrectionTest, block_on_a_slope_slides_with_gravity_less_friction) {
   }
 }
 
-TEST_F(BodyCorrectionTest, impact_takes_the_normal_velocity_and_its_share_of_the_slip) {
+TEST_F(BodyCorrectionTest, ImpactTakesTheNormalVelocityAndItsShareOfTheSlip) {
   BodyCorrection floor = one(plane({0, 0, 1}, 0.2));
   positions.vector(0) = Eigen::Vector3d(0, 0, 0.004);
   velocities.vector(0) = Eigen::Vector3d(1, 0, -2);  // slides on: 1 - 0.2 * 2
@@ -149,7 +149,7 @@ TEST_F(BodyCorrectionTest, impact_takes_the_normal_velocity_and_its_share_of_the
   EXPECT_LT((velocities.vector(2) - Eigen::Vector3d(1, 0, 0.5)).norm(), 1e-12);
 }
 
-TEST_F(BodyCorrectionTest, moving_floor_carries_points_along) {
+TEST_F(BodyCorrectionTest, MovingFloorCarriesPointsAlong) {
   BodyOptions options = plane({0, 0, 1}, 0.5);
   options.velocity = {1, 0, 0};
   BodyCorrection floor = one(options);
@@ -167,7 +167,7 @@ TEST_F(BodyCorrectionTest, moving_floor_carries_points_along) {
   EXPECT_NEAR(positions.vector(0).z(), 0, 1e-12);
 }
 
-TEST_F(BodyCorrectionTest, body_follows_its_key_points) {
+TEST_F(BodyCorrectionTest, BodyFollowsItsKeyPoints) {
   BodyOptions options = plane({0, 0, 1}, 0);
   options.path = {{0, 0, 0, -1}, {1, 0, 0, 0.5}, {2, 0, 0, 0.5}};
   BodyCorrection lift = one(options);
@@ -186,7 +186,7 @@ TEST_F(BodyCorrectionTest, body_follows_its_key_points) {
   EXPECT_NEAR(positions.vector(0).z(), 0.5 + 1.5 * 0.5, 1e-10);
 }
 
-TEST_F(BodyCorrectionTest, turning_drum_carries_points_round) {
+TEST_F(BodyCorrectionTest, TurningDrumCarriesPointsRound) {
   BodyOptions drum;
   drum.shape = "cylinder";
   drum.axis = {0, 1, 0};
@@ -201,7 +201,7 @@ TEST_F(BodyCorrectionTest, turning_drum_carries_points_round) {
   }
 }
 
-TEST_F(BodyCorrectionTest, force_at_rest_is_the_weight) {
+TEST_F(BodyCorrectionTest, ForceAtRestIsTheWeight) {
   BodyCorrection floor = one(plane({0, 0, 1}, 0.5));
   for (int n = 0; n < 3; ++n) {
     advance(floor, 0.01);
@@ -212,7 +212,7 @@ TEST_F(BodyCorrectionTest, force_at_rest_is_the_weight) {
   }
 }
 
-TEST_F(BodyCorrectionTest, particles_rebound_with_the_restitution) {
+TEST_F(BodyCorrectionTest, ParticlesReboundWithTheRestitution) {
   BodyOptions options = plane({0, 0, 1}, 0);
   options.restitution = 0.6;
   BodyCorrection floor = one(options);
@@ -234,7 +234,7 @@ TEST_F(BodyCorrectionTest, particles_rebound_with_the_restitution) {
   EXPECT_NEAR(impulse, -0.1 * 3.2 * static_cast<double>(particles.global), 1e-9) << "what the momentum has changed by";
 }
 
-TEST_F(BodyCorrectionTest, pinned_particles_are_left_alone) {
+TEST_F(BodyCorrectionTest, PinnedParticlesAreLeftAlone) {
   pinned[1] = true;
   positions.values().row(2).setConstant(-0.1);
   velocities.values().row(2).setConstant(-1);
@@ -258,7 +258,7 @@ std::string message(const BodyOptions& options) {
   return "";
 }
 
-TEST(BodiesErrors, name_the_body_and_the_key) {
+TEST(BodiesErrors, NameTheBodyAndTheKey) {
   BodyOptions flat;
   flat.shape = "plane";
   flat.normal.setZero();
@@ -287,7 +287,7 @@ TEST(BodiesErrors, name_the_body_and_the_key) {
   EXPECT_EQ(message(mesh).rfind("bodies.ball.file: ", 0), 0U);
 }
 
-TEST(BodiesErrors, open_meshes_are_no_bodies) {
+TEST(BodiesErrors, OpenMeshesAreNoBodies) {
   BodyOptions mesh;
   mesh.shape = "mesh";
   mesh.file = (std::filesystem::temp_directory_path() / "pellicle_open_body.obj").string();

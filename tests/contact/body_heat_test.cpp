@@ -115,7 +115,7 @@ double area_under_ball(double radius, double d, double reach = 5e-3) {
 }
 
 // Also where it rests in the zone of contact, or in the body by rounding, counts for nothing.
-TEST(BodyHeat, a_flat_surface_on_a_plane_takes_heat_by_its_area) {
+TEST(BodyHeat, AFlatSurfaceOnAPlaneTakesHeatByItsArea) {
   std::vector<SurfaceMesh> meshes{square(3), square(8), skew_square(5, 0), skew_square(6, 0.2), kites(4)};
   for (std::size_t m = 0; m < meshes.size(); ++m) {
     const Sheet sheet = shell_of(meshes[m], 0);
@@ -146,7 +146,7 @@ TEST(BodyHeat, a_flat_surface_on_a_plane_takes_heat_by_its_area) {
   }
 }
 
-TEST(BodyHeat, beyond_contact_a_plane_gives_by_the_weight_of_the_gap) {
+TEST(BodyHeat, BeyondContactAPlaneGivesByTheWeightOfTheGap) {
   const Sheet sheet = shell_of(square(4), 0);
   for (const double s : {0.25, 0.5, 0.75, 1.0, 2.0}) {
     const double weight = s < 1 ? 1 - std::pow(s, 3) * (10 - 15 * s + 6 * s * s) : 0;
@@ -157,7 +157,7 @@ TEST(BodyHeat, beyond_contact_a_plane_gives_by_the_weight_of_the_gap) {
 }
 
 // Balls from ten cells to a tenth of a cell, which may lie anywhere over a cell.
-TEST(BodyHeat, a_ball_over_a_flat_surface_gives_the_integral_of_the_weight_on_any_mesh) {
+TEST(BodyHeat, ABallOverAFlatSurfaceGivesTheIntegralOfTheWeightOnAnyMesh) {
   std::vector<SurfaceMesh> meshes{square(10), square(40), skew_square(20, 0.2), kites(10)};
   for (std::size_t m = 0; m < meshes.size(); ++m) {
     const Sheet sheet = shell_of(meshes[m], 0);
@@ -177,7 +177,7 @@ TEST(BodyHeat, a_ball_over_a_flat_surface_gives_the_integral_of_the_weight_on_an
 }
 
 // A reach far below the cell, and below the ball.
-TEST(BodyHeat, a_narrow_reach_gives_the_area_that_touches) {
+TEST(BodyHeat, ANarrowReachGivesTheAreaThatTouches) {
   const Sheet sheet = shell_of(square(10), 0);
   for (const double reach : {1e-3, 1e-4, 1e-5}) {
     const double expected = area_under_ball(0.05, 0.045, reach);
@@ -208,7 +208,7 @@ std::shared_ptr<const ClosedMesh> box_mesh(const Vector3d& half) {
 }
 
 // Beyond the edges of the lower face there is a strip, and at its corners a part of a disc.
-TEST(BodyHeat, a_box_and_its_mesh_give_by_the_face_and_what_is_beside_it) {
+TEST(BodyHeat, ABoxAndItsMeshGiveByTheFaceAndWhatIsBesideIt) {
   const Vector3d half(0.05, 0.03, 0.02);
   const double touching = resting_gap;
   const double strip = touching + 5e-3 / 2;
@@ -228,7 +228,7 @@ TEST(BodyHeat, a_box_and_its_mesh_give_by_the_face_and_what_is_beside_it) {
 }
 
 // Standing and lying, near enough to touch, and thinner than a cell.
-TEST(BodyHeat, every_body_gives_the_same_on_any_mesh) {
+TEST(BodyHeat, EveryBodyGivesTheSameOnAnyMesh) {
   const std::vector<std::pair<Shape, double>> bodies{{Capsule{0.01, 0.05}, 0.01},
                                                      {Cylinder{0.03, 0.05}, 0.03},
                                                      {Ring{0.05, 4e-3}, 0.054},
@@ -246,7 +246,7 @@ TEST(BodyHeat, every_body_gives_the_same_on_any_mesh) {
 }
 
 // The lattice points are 2 cm above the corners, at a plane above as near as these are at one below.
-TEST(BodyHeat, a_sheet_of_two_layers_takes_heat_on_either_side) {
+TEST(BodyHeat, ASheetOfTwoLayersTakesHeatOnEitherSide) {
   const Sheet sheet = shell_of(skew_square(6, 0.2), 0.02);
   const double area =
       sum_over_ranks(Standing(sheet).mass.values().leftCols(sheet.particles.owned).sum()) / test_density;
@@ -256,7 +256,7 @@ TEST(BodyHeat, a_sheet_of_two_layers_takes_heat_on_either_side) {
 }
 
 // Half of it has burnt, a cell in part.
-TEST(BodyHeat, dead_triangles_take_none_and_the_rest_of_a_cell_gets_evenly_hotter) {
+TEST(BodyHeat, DeadTrianglesTakeNoneAndTheRestOfACellGetsEvenlyHotter) {
   const Sheet sheet = shell_of(square(10), 0);
   Standing standing(sheet);
   standing.active =
@@ -269,7 +269,7 @@ TEST(BodyHeat, dead_triangles_take_none_and_the_rest_of_a_cell_gets_evenly_hotte
   }
 }
 
-TEST(BodyHeat, a_cold_body_takes_what_the_surface_loses_and_none_is_colder_than_it) {
+TEST(BodyHeat, AColdBodyTakesWhatTheSurfaceLosesAndNoneIsColderThanIt) {
   const Sheet sheet = shell_of(square(7), 0);
   const Standing standing(sheet);
   Field temperature = field_of(sheet, [](const Vector3d& x) { return 300 + 100 * std::sin(20 * x.x() + 3 * x.y()); });

@@ -66,7 +66,7 @@ struct Bent {
   std::array<double, 2> stiffness;
 };
 
-TEST(BendingPotentialTest, a_cylinder_of_any_direction_has_the_energy_of_a_plate) {
+TEST(BendingPotentialTest, ACylinderOfAnyDirectionHasTheEnergyOfAPlate) {
   for (const double aspect : {1.0, 2.0}) {
     Bent bent(flat_sheet(PETSC_COMM_WORLD, [&](double x, double y) { return Eigen::Vector3d(x, y / aspect, 0); }));
     double area = 0;
@@ -88,7 +88,7 @@ TEST(BendingPotentialTest, a_cylinder_of_any_direction_has_the_energy_of_a_plate
   }
 }
 
-TEST(BendingPotentialTest, a_strip_of_any_width_resists_folds_back_and_forth) {
+TEST(BendingPotentialTest, AStripOfAnyWidthResistsFoldsBackAndForth) {
   const double height = 1e-3;
   const double edge = 0.1;
   for (const int width : {1, 2, 3, 8}) {
@@ -106,7 +106,7 @@ TEST(BendingPotentialTest, a_strip_of_any_width_resists_folds_back_and_forth) {
   }
 }
 
-TEST(BendingPotentialTest, beside_dead_cells_is_an_edge) {
+TEST(BendingPotentialTest, BesideDeadCellsIsAnEdge) {
   Bent whole(one_surface(PETSC_COMM_WORLD, grid_mesh(8, 5, 0.1)));
   Bent rest(one_surface(PETSC_COMM_WORLD, grid_mesh(6, 5, 0.1)));
   for (std::size_t cell = 0; cell < whole.sheet.cells.size(); ++cell) {
@@ -125,7 +125,7 @@ TEST(BendingPotentialTest, beside_dead_cells_is_an_edge) {
   EXPECT_NEAR(whole.energy(), rest.energy(), 1e-12 * rest.energy());
 }
 
-TEST(BendingPotentialTest, nothing_acts_on_a_dead_cell) {
+TEST(BendingPotentialTest, NothingActsOnADeadCell) {
   Bent bent(one_surface(PETSC_COMM_SELF, grid_mesh(5, 5, 0.1)));
   constexpr std::size_t middle = 12;
   std::fill_n(bent.active.triangles.begin() + 4 * middle, 4, false);
@@ -140,7 +140,7 @@ TEST(BendingPotentialTest, nothing_acts_on_a_dead_cell) {
   EXPECT_GT(gradient.col(bent.sheet.lattice[middle - 1]).norm(), 1e-3);
 }
 
-TEST(BendingPotentialTest, the_gradient_is_the_derivative_of_the_energy) {
+TEST(BendingPotentialTest, TheGradientIsTheDerivativeOfTheEnergy) {
   Bent bent(flat_sheet(PETSC_COMM_SELF,
                        [](double x, double y) {
                          return Eigen::Vector3d(x + 0.02 * std::sin(9 * y), y,
@@ -170,7 +170,7 @@ TEST(BendingPotentialTest, the_gradient_is_the_derivative_of_the_energy) {
   }
 }
 
-TEST(BendingPotentialTest, viscosity_resists_changes_of_curvature_alone) {
+TEST(BendingPotentialTest, ViscosityResistsChangesOfCurvatureAlone) {
   const auto flat = [](double x, double y) { return Eigen::Vector3d(x, y, 0); };
   Bent elastic(flat_sheet(PETSC_COMM_WORLD, flat));
   Bent viscous(flat_sheet(PETSC_COMM_WORLD, flat));
@@ -233,7 +233,7 @@ Change change_of_a_wavy_sheet(double height, double damping_over_step) {
   return change;
 }
 
-TEST(BendingPotentialTest, products_with_the_hessian_are_changes_of_the_gradient) {
+TEST(BendingPotentialTest, ProductsWithTheHessianAreChangesOfTheGradient) {
   for (const double damping_over_step : {0.0, 0.5, 7.0}) {
     const Change change = change_of_a_wavy_sheet(0, damping_over_step);
     EXPECT_LT((change.product - change.gradient).norm(), 1e-10 * change.gradient.norm());
@@ -241,7 +241,7 @@ TEST(BendingPotentialTest, products_with_the_hessian_are_changes_of_the_gradient
   }
 }
 
-TEST(BendingPotentialTest, viscosity_of_a_bent_sheet_acts_along_normals_of_its_particles) {
+TEST(BendingPotentialTest, ViscosityOfABentSheetActsAlongNormalsOfItsParticles) {
   // Normals of neighbours differ by up to 5 degrees; viscosity in all directions would make the product 2.4 times as
   // long.
   const Change change = change_of_a_wavy_sheet(0.1, 7);
@@ -269,7 +269,7 @@ std::map<PetscInt, std::array<Eigen::Vector3d, 2>> gradient_and_product(MPI_Comm
   return result;
 }
 
-TEST(BendingPotentialTest, any_number_of_ranks_gives_the_same_forces) {
+TEST(BendingPotentialTest, AnyNumberOfRanksGivesTheSameForces) {
   const auto alone = gradient_and_product(PETSC_COMM_SELF);
   for (const auto& [id, vectors] : gradient_and_product(PETSC_COMM_WORLD)) {
     for (std::size_t k = 0; k < 2; ++k) {

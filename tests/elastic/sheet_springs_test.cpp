@@ -44,7 +44,7 @@ Eigen::Matrix2d strain_of(double e11, double e22, double e12) {
   return (Eigen::Matrix2d() << e11, e12, e12, e22).finished();
 }
 
-TEST(SheetSpringsTest, an_even_strain_has_the_energy_of_the_material) {
+TEST(SheetSpringsTest, AnEvenStrainHasTheEnergyOfTheMaterial) {
   Stiffness stiffness;
   stiffness.tensile = {900, 700};
   stiffness.shear = 250;
@@ -67,7 +67,7 @@ TEST(SheetSpringsTest, an_even_strain_has_the_energy_of_the_material) {
   }
 }
 
-TEST(SheetSpringsTest, textures_and_directions_change_what_they_should) {
+TEST(SheetSpringsTest, TexturesAndDirectionsChangeWhatTheyShould) {
   Stiffness stiffness;
   stiffness.tensile = {1000, 10};
   stiffness.shear = 1;
@@ -89,7 +89,7 @@ TEST(SheetSpringsTest, textures_and_directions_change_what_they_should) {
   }
 }
 
-TEST(SheetSpringsTest, dead_springs_have_none_though_a_triangle_lives) {
+TEST(SheetSpringsTest, DeadSpringsHaveNoneThoughATriangleLives) {
   const Sheet sheet = sheet_of(1, 0);
   Stiffness stiffness;
   stiffness.tensile = {900, 700};
@@ -115,7 +115,7 @@ TEST(SheetSpringsTest, dead_springs_have_none_though_a_triangle_lives) {
   }
 }
 
-TEST(SheetSpringsTest, a_warp_that_stands_upright_is_laid_down) {
+TEST(SheetSpringsTest, AWarpThatStandsUprightIsLaidDown) {
   const Sheet sheet = sheet_of(1, 0);
   const Weave weave = weave_of(sheet, Eigen::Vector3d::UnitZ());
   for (Eigen::Index i = 0; i < sheet.particles.owned; ++i) {

@@ -23,7 +23,7 @@ Sheet limited_sheet(MPI_Comm comm, const SurfaceMesh& mesh) {
   return make_sheet(comm, mesh, options);
 }
 
-TEST(StrainLimitTest, slope_and_curvature_are_the_derivatives_of_the_energy) {
+TEST(StrainLimitTest, SlopeAndCurvatureAreTheDerivativesOfTheEnergy) {
   const StrainLimit limit{0.1, 3, 0.9};
   const double target = 0.02;
   for (const double strain : {-0.3, -0.1, -0.099, -0.09, -0.05, 0.0, 0.079, 0.085, 0.0979, 0.0981, 0.2, 5.0}) {
@@ -40,7 +40,7 @@ TEST(StrainLimitTest, slope_and_curvature_are_the_derivatives_of_the_energy) {
   }
 }
 
-TEST(StrainLimitTest, nothing_acts_below_its_begin_and_no_curvature_jumps) {
+TEST(StrainLimitTest, NothingActsBelowItsBeginAndNoCurvatureJumps) {
   const StrainLimit limit{0.1, 3, 0.9};
   EXPECT_EQ(limit.at(1.0799, 1).value, 0);
   for (const double strain : {0.08, 0.098, -0.08, -0.098}) {  // where it begins, and where it is continued
@@ -52,7 +52,7 @@ TEST(StrainLimitTest, nothing_acts_below_its_begin_and_no_curvature_jumps) {
   EXPECT_EQ(stretched_only.at(0, 1).slope, 0);
 }
 
-TEST(StrainLimitTest, it_grows_without_bound_towards_the_limit) {
+TEST(StrainLimitTest, ItGrowsWithoutBoundTowardsTheLimit) {
   StrainLimit limit{0.1, 3, 0};
   double before = 0;
   for (const double fraction : {0.9, 0.99, 0.999}) {
@@ -104,7 +104,7 @@ struct Pulled {
   ActiveSet active;
 };
 
-TEST(StrainLimitTest, gradient_and_hessian_of_the_springs_are_derivatives) {
+TEST(StrainLimitTest, GradientAndHessianOfTheSpringsAreDerivatives) {
   Pulled pulled;
   EXPECT_GT(pulled.springs.largest_share(pulled.x), 0.9);
   const Eigen::VectorXd gradient = pulled.gradient();
@@ -125,7 +125,7 @@ TEST(StrainLimitTest, gradient_and_hessian_of_the_springs_are_derivatives) {
   }
 }
 
-TEST(StrainLimitTest, the_positive_hessian_is_positive_and_at_least_the_exact_one) {
+TEST(StrainLimitTest, ThePositiveHessianIsPositiveAndAtLeastTheExactOne) {
   Pulled pulled;
   const Eigen::MatrixXd positive = pulled.hessian(Curvature::psd);
   const Eigen::MatrixXd left_out = positive - pulled.hessian(Curvature::exact);
@@ -134,7 +134,7 @@ TEST(StrainLimitTest, the_positive_hessian_is_positive_and_at_least_the_exact_on
   EXPECT_GT(principal_axes(left_out).values.minCoeff(), -1e-12 * scale);
 }
 
-TEST(StrainLimitTest, what_has_died_has_no_limit) {
+TEST(StrainLimitTest, WhatHasDiedHasNoLimit) {
   Pulled pulled;
   const auto blue = static_cast<std::size_t>(Colour::blue);
   for (auto& springs : pulled.active.springs) {

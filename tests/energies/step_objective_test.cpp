@@ -437,7 +437,7 @@ class Joined {
 
 const std::vector<std::vector<std::size_t>> choices{{1}, {0, 1}};
 
-TEST(StepObjective, is_the_sum_of_its_parts_and_of_what_is_between_them) {
+TEST(StepObjective, IsTheSumOfItsPartsAndOfWhatIsBetweenThem) {
   for (const auto& chosen : choices) {
     const Joined joined(chosen);
     const Eigen::VectorXd z = joined.some_unknowns();
@@ -454,7 +454,7 @@ TEST(StepObjective, is_the_sum_of_its_parts_and_of_what_is_between_them) {
   }
 }
 
-TEST(StepObjective, has_the_second_derivative_of_that_sum) {
+TEST(StepObjective, HasTheSecondDerivativeOfThatSum) {
   for (const auto& chosen : choices) {
     const Joined joined(chosen);
     StepObjective& objective = *joined.objective;
@@ -478,7 +478,7 @@ TEST(StepObjective, has_the_second_derivative_of_that_sum) {
   }
 }
 
-TEST(StepObjective, tells_how_far_towards_the_positive_tangent_it_goes) {
+TEST(StepObjective, TellsHowFarTowardsThePositiveTangentItGoes) {
   const Joined joined({0, 1});
   StepObjective& objective = *joined.objective;
   joined.move_to(joined.some_unknowns());
@@ -500,7 +500,7 @@ TEST(StepObjective, tells_how_far_towards_the_positive_tangent_it_goes) {
   EXPECT_EQ(left, (std::vector<double>{0.75, 0}));
 }
 
-TEST(StepObjective, asks_of_each_part_what_its_own_forces_allow) {
+TEST(StepObjective, AsksOfEachPartWhatItsOwnForcesAllow) {
   constexpr double rtol = 1e-5;
   const auto scale_with = [](const std::array<double, 2>& strength, std::vector<double> second_forces,
                              std::array<double, 2>& norms) {
@@ -532,7 +532,7 @@ TEST(StepObjective, asks_of_each_part_what_its_own_forces_allow) {
   EXPECT_NEAR(scale_with({0, 1}, {0}, norms), 50 * 1e-6 * 1e-4 / rtol, 1e-15);
 }
 
-TEST(StepObjective, begins_a_step_where_what_is_between_the_parts_puts_them) {
+TEST(StepObjective, BeginsAStepWhereWhatIsBetweenThePartsPutsThem) {
   const Joined joined({0, 1});
   joined.joint->push = 0.5;
   for (const auto& part : joined.parts) {
@@ -566,7 +566,7 @@ Eigen::VectorXd some_descent(const Joined& joined) {
   return descent;
 }
 
-TEST(StepObjective, shortens_the_descent_of_single_vertices_as_a_potential_of_the_second_part_wants_it) {
+TEST(StepObjective, ShortensTheDescentOfSingleVerticesAsAPotentialOfTheSecondPartWantsIt) {
   const Joined joined({0, 1});
   const double furthest = joined.parts[1]->springs.furthest_down = 0.2;
   joined.move_to(joined.some_unknowns());
@@ -586,7 +586,7 @@ TEST(StepObjective, shortens_the_descent_of_single_vertices_as_a_potential_of_th
   EXPECT_LT(joined.difference(limited, expected), 1e-14);
 }
 
-TEST(StepObjective, shortens_the_descent_of_all_vertices_alike_where_the_energy_would_not_fall) {
+TEST(StepObjective, ShortensTheDescentOfAllVerticesAlikeWhereTheEnergyWouldNotFall) {
   const Joined joined({0, 1});
   joined.joint->furthest_down = 0.1;
   joined.move_to(joined.some_unknowns());
@@ -598,7 +598,7 @@ TEST(StepObjective, shortens_the_descent_of_all_vertices_alike_where_the_energy_
   EXPECT_LT(joined.difference(limited, expected), 1e-14);
 }
 
-TEST(StepObjective, renews_all_potentials_and_lets_all_parts_forget) {
+TEST(StepObjective, RenewsAllPotentialsAndLetsAllPartsForget) {
   const Joined joined({0, 1});
   const Eigen::VectorXd z = joined.some_unknowns();
   joined.move_to(z);
@@ -614,7 +614,7 @@ TEST(StepObjective, renews_all_potentials_and_lets_all_parts_forget) {
   }
 }
 
-TEST(StepObjective, lists_the_figures_of_one_part_after_the_other) {
+TEST(StepObjective, ListsTheFiguresOfOnePartAfterTheOther) {
   const Joined joined({0, 1});
   StepObjective& objective = *joined.objective;
   const Eigen::VectorXd z = joined.some_unknowns();
@@ -644,7 +644,7 @@ TEST(StepObjective, lists_the_figures_of_one_part_after_the_other) {
   EXPECT_NEAR(objective.inverted(objective.position(), to), 1 + 100 * 2, 1e-12);
 }
 
-TEST(StepObjective, can_what_any_part_or_what_every_part_can) {
+TEST(StepObjective, CanWhatAnyPartOrWhatEveryPartCan) {
   const Joined joined({0, 1});
   EXPECT_FALSE(joined.objective->inverts());
   EXPECT_FALSE(joined.objective->suits_patches());

@@ -148,7 +148,7 @@ int negative_eigenvalues(const Eigen::MatrixXd& matrix) {
 class TangentFactors : public ::testing::TestWithParam<std::string> {};
 INSTANTIATE_TEST_SUITE_P(Types, TangentFactors, ::testing::Values("baij", "aij", "sbaij"));
 
-TEST_P(TangentFactors, know_the_inertia_of_the_whole) {
+TEST_P(TangentFactors, KnowTheInertiaOfTheWhole) {
   FactorisedRing given(GetParam());
   std::vector<int> seen;
   for (const double shift : {2.0, -1.0, -2.5, -6.0}) {
@@ -164,7 +164,7 @@ TEST_P(TangentFactors, know_the_inertia_of_the_whole) {
   EXPECT_GT(*std::max_element(seen.begin(), seen.end()), 10);
 }
 
-TEST_P(TangentFactors, invert_the_whole_also_where_the_sparse_part_is_not_positive_definite) {
+TEST_P(TangentFactors, InvertTheWholeAlsoWhereTheSparsePartIsNotPositiveDefinite) {
   FactorisedRing given(GetParam());
   int iterations = 0;
   for (const auto& [shift, coefficients] :
@@ -185,7 +185,7 @@ TEST_P(TangentFactors, invert_the_whole_also_where_the_sparse_part_is_not_positi
 }
 
 // Of a column that is constrained: of the space that it leaves, whatever its coefficient.
-TEST_P(TangentFactors, know_and_invert_what_held_columns_leave) {
+TEST_P(TangentFactors, KnowAndInvertWhatHeldColumnsLeave) {
   FactorisedRing given(GetParam());
   given.system.hold({0});
   std::vector<int> seen;
@@ -215,7 +215,7 @@ TEST_P(TangentFactors, know_and_invert_what_held_columns_leave) {
   EXPECT_GT(*std::max_element(seen.begin(), seen.end()), 10);
 }
 
-TEST_P(TangentFactors, are_made_as_the_options_of_mumps_say) {
+TEST_P(TangentFactors, AreMadeAsTheOptionsOfMumpsSay) {
   SolverOptions options;
   options.set("ring_mat_mumps_icntl_7", "2");
   FactorisedRing given(GetParam());

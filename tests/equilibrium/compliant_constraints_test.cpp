@@ -218,7 +218,7 @@ double difference_after(int steps, double tensile, double bending, double h) {
   return (x[0] - x[1]).lpNorm<Eigen::Infinity>();
 }
 
-TEST(CompliantConstraints, lead_to_where_implicit_euler_of_the_elastic_sheet_does) {
+TEST(CompliantConstraints, LeadToWhereImplicitEulerOfTheElasticSheetDoes) {
   int ranks = 1;
   MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
   if (ranks > 1) {

@@ -70,7 +70,7 @@ ElasticOptions tight() {
 
 const auto left_edge = [](const Eigen::Vector3d& r) { return std::abs(r.x()) < 1e-9; };
 
-TEST(ElasticSheetTest, a_hanging_strip_stretches_by_half_its_weight) {
+TEST(ElasticSheetTest, AHangingStripStretchesByHalfItsWeight) {
   SheetMaterial material;
   material.tensile_stiffness = 500;
   material.bending_stiffness = 0.1;
@@ -84,7 +84,7 @@ TEST(ElasticSheetTest, a_hanging_strip_stretches_by_half_its_weight) {
   }
 }
 
-TEST(ElasticSheetTest, a_sheared_strip_slides_by_its_length_over_the_shear_stiffness) {
+TEST(ElasticSheetTest, AShearedStripSlidesByItsLengthOverTheShearStiffness) {
   SheetMaterial material;
   material.shear_stiffness = 200;
   material.bending_stiffness = 1;                                          // it is not to buckle
@@ -102,7 +102,7 @@ TEST(ElasticSheetTest, a_sheared_strip_slides_by_its_length_over_the_shear_stiff
   }
 }
 
-TEST(ElasticSheetTest, energy_never_grows_and_momentum_stays) {
+TEST(ElasticSheetTest, EnergyNeverGrowsAndMomentumStays) {
   for (const double tensile : {10.0, 1e5}) {
     SheetMaterial material;
     material.tensile_stiffness = tensile;
@@ -122,7 +122,7 @@ TEST(ElasticSheetTest, energy_never_grows_and_momentum_stays) {
   }
 }
 
-TEST(ElasticSheetTest, a_curved_sheet_is_at_rest_as_it_was_made) {
+TEST(ElasticSheetTest, ACurvedSheetIsAtRestAsItWasMade) {
   const Sheet sheet = sheet_of(PETSC_COMM_WORLD, torus_mesh({24, 12}, 0.3, 0.1));
   Moving motion(sheet, SheetMaterial(), tight());
   for (int n = 0; n < 3; ++n) {
@@ -131,7 +131,7 @@ TEST(ElasticSheetTest, a_curved_sheet_is_at_rest_as_it_was_made) {
   EXPECT_LT((motion.positions.values() - sheet.rest).cwiseAbs().maxCoeff(), 1e-10);
 }
 
-TEST(ElasticSheetTest, rigid_motion_costs_nothing) {
+TEST(ElasticSheetTest, RigidMotionCostsNothing) {
   const Sheet sheet = sheet_of(PETSC_COMM_WORLD, irregular_mesh(8, 6, 0.1));
   SheetMaterial material;
   material.damping = 0;  // the sheet turns far within a step, which the damping would resist
@@ -144,7 +144,7 @@ TEST(ElasticSheetTest, rigid_motion_costs_nothing) {
 }
 
 // What is left of the forces is then rounding of those that bend a plate: each step has converged, for all that.
-TEST(ElasticSheetTest, a_stiff_plate_falls_freely) {
+TEST(ElasticSheetTest, AStiffPlateFallsFreely) {
   SurfaceMesh mesh = grid_mesh(8, 5, 0.05);
   const Eigen::Matrix3d turn = Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
   for (Eigen::Vector3d& point : mesh.points) {
@@ -179,7 +179,7 @@ std::map<PetscInt, Eigen::Vector3d> hang(const Sheet& sheet, TangentMatrix matri
   return result;
 }
 
-TEST(ElasticSheetTest, any_number_of_ranks_and_any_matrix_give_the_same_sheet) {
+TEST(ElasticSheetTest, AnyNumberOfRanksAndAnyMatrixGiveTheSameSheet) {
   SolverOptions solver;
   solver.set("elastic_ksp_rtol", "1e-10");
   const SurfaceMesh mesh = irregular_mesh(9, 7, 0.1);
@@ -216,7 +216,7 @@ int iterations(int cells, const std::string& preconditioner, double angle) {
   return result.linear_iterations / std::max(1, result.newton_iterations);
 }
 
-TEST(ElasticSheetTest, rigid_patches_mind_neither_the_mesh_nor_how_the_sheet_has_turned) {
+TEST(ElasticSheetTest, RigidPatchesMindNeitherTheMeshNorHowTheSheetHasTurned) {
   const int coarse = iterations(16, "mg", 0);
   const int fine = iterations(40, "mg", 0);
   EXPECT_LT(coarse, 40);
@@ -242,7 +242,7 @@ int newton_iterations(double tolerance) {
   return sum;
 }
 
-TEST(ElasticSheetTest, newtons_method_ends_quadratically) {
+TEST(ElasticSheetTest, NewtonsMethodEndsQuadratically) {
   SolverOptions solver;
   solver.set("elastic_ksp_rtol", "1e-6");
   const int rough = newton_iterations(1e-2);
@@ -250,7 +250,7 @@ TEST(ElasticSheetTest, newtons_method_ends_quadratically) {
   EXPECT_LE(exact, rough + 3 * 10) << "one iteration doubles the digits: 1e-2, 1e-4, 1e-8";
 }
 
-TEST(ElasticSheetTest, a_failed_solve_is_a_result) {
+TEST(ElasticSheetTest, AFailedSolveIsAResult) {
   SolverOptions solver;
   solver.set("elastic_ksp_max_it", "1");
   const Sheet sheet = sheet_of(PETSC_COMM_WORLD, grid_mesh(9, 7, 0.1));
@@ -297,7 +297,7 @@ struct LimitedStep {
   WeaveStrain strain;
 };
 
-TEST(ElasticSheetTest, a_step_that_starts_beyond_the_limit_finds_back_alike_on_any_ranks) {
+TEST(ElasticSheetTest, AStepThatStartsBeyondTheLimitFindsBackAlikeOnAnyRanks) {
   SolverOptions solver;
   solver.set("elastic_ksp_rtol", "1e-10");
   const auto left = [](const Eigen::Vector3d& r) { return r.x() < 1e-9 && r.y() < 1e-9; };
@@ -317,7 +317,7 @@ TEST(ElasticSheetTest, a_step_that_starts_beyond_the_limit_finds_back_alike_on_a
   }
 }
 
-TEST(ElasticSheetTest, a_limit_that_cannot_be_kept_is_passed) {
+TEST(ElasticSheetTest, ALimitThatCannotBeKeptIsPassed) {
   const auto ends = [](const Eigen::Vector3d& r) { return r.x() < 1e-9 || r.x() > 0.8 - 1e-9; };
   const LimitedStep step(PETSC_COMM_WORLD, 0.8, 0.02, ends);
   EXPECT_GT(step.strain.largest, 0.02) << "which the motion of a sheet refuses";

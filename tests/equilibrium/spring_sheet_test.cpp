@@ -94,7 +94,7 @@ class SpringSheetTest : public ::testing::Test {
   std::vector<std::string> names_;
 };
 
-TEST_F(SpringSheetTest, oscillator_follows_backward_euler_and_its_frequency) {
+TEST_F(SpringSheetTest, OscillatorFollowsBackwardEulerAndItsFrequency) {
   const double mass = 0.5;
   SpringOptions options;
   options.stiffness = 200;
@@ -129,7 +129,7 @@ TEST_F(SpringSheetTest, oscillator_follows_backward_euler_and_its_frequency) {
   }
 }
 
-TEST_F(SpringSheetTest, dashpot_damps_as_its_coefficient_says) {
+TEST_F(SpringSheetTest, DashpotDampsAsItsCoefficientSays) {
   const double mass = 0.5;
   const double h = 0.01;
   SpringOptions options;
@@ -159,7 +159,7 @@ TEST_F(SpringSheetTest, dashpot_damps_as_its_coefficient_says) {
   }
 }
 
-TEST_F(SpringSheetTest, hanging_chain_stretches_by_the_weight_below) {
+TEST_F(SpringSheetTest, HangingChainStretchesByTheWeightBelow) {
   const PetscInt particles = 6;
   const double mass = 0.1;
   SpringOptions options;
@@ -180,7 +180,7 @@ TEST_F(SpringSheetTest, hanging_chain_stretches_by_the_weight_below) {
   }
 }
 
-TEST_F(SpringSheetTest, free_sheet_keeps_its_momentum_and_its_springs_give_no_torque) {
+TEST_F(SpringSheetTest, FreeSheetKeepsItsMomentumAndItsSpringsGiveNoTorque) {
   const Sheet sheet = grid(PETSC_COMM_WORLD);
   SpringOptions options;
   options.max_iterations = 100;
@@ -202,7 +202,7 @@ TEST_F(SpringSheetTest, free_sheet_keeps_its_momentum_and_its_springs_give_no_to
   EXPECT_LT((motion.momentum() - momentum).norm(), 1e-10);
 }
 
-TEST_F(SpringSheetTest, energy_never_grows_in_free_motion) {
+TEST_F(SpringSheetTest, EnergyNeverGrowsInFreeMotion) {
   const Sheet sheet = grid(PETSC_COMM_WORLD);
   for (const double stiffness : {10.0, 1e5}) {
     SpringOptions options;
@@ -243,7 +243,7 @@ std::map<PetscInt, Eigen::Vector3d> hang(const Sheet& sheet, TangentMatrix matri
   return result;
 }
 
-TEST_F(SpringSheetTest, any_number_of_ranks_and_any_solver_give_the_same_sheet) {
+TEST_F(SpringSheetTest, AnyNumberOfRanksAndAnySolverGiveTheSameSheet) {
   const std::map<PetscInt, Eigen::Vector3d> alone = hang(grid(PETSC_COMM_SELF), TangentMatrix::baij);
   EXPECT_LT(alone.at(4).z(), -0.02) << "it has fallen";
   const auto compare = [&alone](const char* what, TangentMatrix matrix = TangentMatrix::baij) {
@@ -263,7 +263,7 @@ TEST_F(SpringSheetTest, any_number_of_ranks_and_any_solver_give_the_same_sheet) 
   compare("mumps", TangentMatrix::aij);
 }
 
-TEST_F(SpringSheetTest, springs_without_length_or_direction_are_harmless) {
+TEST_F(SpringSheetTest, SpringsWithoutLengthOrDirectionAreHarmless) {
   Sheet sheet = chain(3, 0, 0.1);
   Moving motion(sheet, SpringOptions());
   motion.advance(0.01, {0, 0, -g});
@@ -286,7 +286,7 @@ ImplicitResult step_of(const Sheet& sheet, double stretch) {
       positions, {{sheet.initial_mass, pinned, start, 0.1}, initial_lengths(sheet), ones, ones, ActiveSet(sheet)});
 }
 
-TEST_F(SpringSheetTest, an_absolute_tolerance_that_moves_nothing_is_a_failed_solve) {
+TEST_F(SpringSheetTest, AnAbsoluteToleranceThatMovesNothingIsAFailedSolve) {
   const Sheet sheet = grid(PETSC_COMM_WORLD);
   set("-spring_ksp_atol", "1e20");
   const ImplicitResult result = step_of(sheet, 1.2);
@@ -298,7 +298,7 @@ TEST_F(SpringSheetTest, an_absolute_tolerance_that_moves_nothing_is_a_failed_sol
   EXPECT_TRUE(step_of(sheet, 1 + 1e-12).converged) << "and where there is nothing to solve";
 }
 
-TEST_F(SpringSheetTest, failed_solve_is_a_result) {
+TEST_F(SpringSheetTest, FailedSolveIsAResult) {
   set("-spring_ksp_max_it", "1");
   const ImplicitResult result = step_of(grid(PETSC_COMM_WORLD), 1.2);
   EXPECT_FALSE(result.converged);
@@ -344,7 +344,7 @@ std::map<std::array<int, 3>, Eigen::Vector3d> ends_of_active(const Sheet& sheet)
   return ends;
 }
 
-TEST_F(SpringSheetTest, what_has_died_moves_nothing) {
+TEST_F(SpringSheetTest, WhatHasDiedMovesNothing) {
   SheetOptions options;
   options.thickness = 0.03;
   const auto part = ends_of_active(make_sheet(PETSC_COMM_SELF, grid_mesh(9, 4, 0.1), options));

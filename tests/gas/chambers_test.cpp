@@ -47,7 +47,7 @@ double derivative(const std::function<double(double)>& function, double x, doubl
 
 // --- Volumes -----------------------------------------------------------------------------------------------------
 
-TEST(Chambers, volume_of_a_cube_is_exact_wherever_it_is) {
+TEST(Chambers, VolumeOfACubeIsExactWhereverItIs) {
   const Membrane cube = membrane_of(cube_mesh(2));
   const Chambers chambers = chambers_of(cube, {{"air", relative(1)}});
   ASSERT_EQ(chambers.count(), 1);
@@ -58,7 +58,7 @@ TEST(Chambers, volume_of_a_cube_is_exact_wherever_it_is) {
   EXPECT_NEAR(chambers.volumes(moved)[0], 8, 1e-13);
 }
 
-TEST(Chambers, volume_of_a_sphere_converges_in_second_order) {
+TEST(Chambers, VolumeOfASphereConvergesInSecondOrder) {
   const double exact = 4 * pi / 3 * std::pow(radius, 3);
   double coarse = 0;
   for (int level = 1; level <= 3; ++level) {
@@ -72,7 +72,7 @@ TEST(Chambers, volume_of_a_sphere_converges_in_second_order) {
   EXPECT_LT(coarse, 0.01);
 }
 
-TEST(Chambers, gradient_is_the_derivative_of_the_volume) {
+TEST(Chambers, GradientIsTheDerivativeOfTheVolume) {
   const Membrane sphere = membrane_of(icosphere_mesh(1, radius));
   const Chambers chambers = chambers_of(sphere, {{"air", relative(1)}});
   Field x = rest_positions(sphere);
@@ -87,7 +87,7 @@ TEST(Chambers, gradient_is_the_derivative_of_the_volume) {
   EXPECT_NEAR(derivative(volume, 0, 0.05), exact, 1e-11 * std::abs(exact));
 }
 
-TEST(Chambers, net_pressure_force_and_torque_are_zero) {
+TEST(Chambers, NetPressureForceAndTorqueAreZero) {
   const Membrane sphere = membrane_of(icosphere_mesh(2, radius));
   const Chambers chambers = chambers_of(sphere, {{"air", relative(1)}});
   Field x = rest_positions(sphere);
@@ -115,7 +115,7 @@ class TwoSpheres : public ::testing::Test {
   const Membrane membrane;
 };
 
-TEST_F(TwoSpheres, a_chamber_without_a_vertex_stands_for_every_piece) {
+TEST_F(TwoSpheres, AChamberWithoutAVertexStandsForEveryPiece) {
   const Chambers chambers = chambers_of(membrane, {{"air", relative(1)}});
   ASSERT_EQ(chambers.count(), 2);
   EXPECT_EQ(chambers.name(0), "air");
@@ -123,7 +123,7 @@ TEST_F(TwoSpheres, a_chamber_without_a_vertex_stands_for_every_piece) {
   EXPECT_NEAR(chambers.initial_volume(1) / chambers.initial_volume(0), 8, 1e-12);
 }
 
-TEST_F(TwoSpheres, a_vertex_names_a_piece_and_gradients_stay_on_it) {
+TEST_F(TwoSpheres, AVertexNamesAPieceAndGradientsStayOnIt) {
   ChamberOptions named = relative(1);
   named.vertex = in_second + 5;
   const Chambers chambers = chambers_of(membrane, {{"a_big", named}, {"b_rest", of_law("isothermal")}});
@@ -140,7 +140,7 @@ TEST_F(TwoSpheres, a_vertex_names_a_piece_and_gradients_stay_on_it) {
   }
 }
 
-TEST_F(TwoSpheres, a_piece_that_no_chamber_names_bounds_none) {
+TEST_F(TwoSpheres, APieceThatNoChamberNamesBoundsNone) {
   ChamberOptions named = relative(1);
   named.vertex = 0;
   const Chambers chambers = chambers_of(membrane, {{"air", named}});
@@ -176,13 +176,13 @@ class HalfSphere : public ::testing::Test {
   Projectors projectors;
 };
 
-TEST_F(HalfSphere, a_symmetry_plane_closes_a_piece) {
+TEST_F(HalfSphere, ASymmetryPlaneClosesAPiece) {
   const Chambers chambers(membrane, gas_options(), {{"air", relative(1)}}, plane, planes, projectors);
   const Membrane whole = membrane_of(icosphere_mesh(2, radius));
   EXPECT_NEAR(chambers.initial_volume(0) / chambers_of(whole, {{"air", relative(1)}}).initial_volume(0), 0.5, 1e-14);
 }
 
-TEST_F(HalfSphere, an_open_piece_has_no_volume_but_may_have_a_pressure) {
+TEST_F(HalfSphere, AnOpenPieceHasNoVolumeButMayHaveAPressure) {
   const auto refused = [&](const SymmetryPlanes& known, const Projectors& free, const std::string& words) {
     try {
       const Chambers chambers(membrane, gas_options(), {{"air", relative(1)}}, plane, known, free);
@@ -220,7 +220,7 @@ class GasLaw : public ::testing::Test {
   const Membrane cube = membrane_of(cube_mesh(2));
 };
 
-TEST_F(GasLaw, relative_is_the_papers) {
+TEST_F(GasLaw, RelativeIsThePapers) {
   const Chambers chambers = gas(relative(7000));
   for (const double volume : {0.5, 8.0, 24.0}) {
     const GasState state = chambers.state(0, volume, 0);
@@ -231,7 +231,7 @@ TEST_F(GasLaw, relative_is_the_papers) {
   }
 }
 
-TEST_F(GasLaw, relative_follows_key_points) {
+TEST_F(GasLaw, RelativeFollowsKeyPoints) {
   ChamberOptions ramp;
   ramp.pressure = {{0, 0}, {2, 7000}};
   const Chambers chambers = gas(ramp);
@@ -240,7 +240,7 @@ TEST_F(GasLaw, relative_follows_key_points) {
   EXPECT_NEAR(chambers.state(0, 2 * v0, 3).pressure, 3500, 1e-9);
 }
 
-TEST_F(GasLaw, isothermal_starts_in_balance_and_keeps_pV) {
+TEST_F(GasLaw, IsothermalStartsInBalanceAndKeepsPV) {
   const Chambers chambers = gas(of_law("isothermal"));
   EXPECT_NEAR(chambers.state(0, v0, 0).pressure, 0, 1e-9);
   for (const double volume : {0.5, 8.0, 24.0}) {
@@ -253,7 +253,7 @@ TEST_F(GasLaw, isothermal_starts_in_balance_and_keeps_pV) {
   }
 }
 
-TEST_F(GasLaw, isothermal_follows_amount_and_temperature) {
+TEST_F(GasLaw, IsothermalFollowsAmountAndTemperature) {
   ChamberOptions options = of_law("isothermal");
   options.amount = {{0, 100}, {1, 300}};
   options.temperature = {{0, 300}, {2, 400}};
@@ -269,7 +269,7 @@ TEST_F(GasLaw, isothermal_follows_amount_and_temperature) {
   }
 }
 
-TEST_F(GasLaw, amount_ratio_is_against_what_fills_the_chamber_at_first) {
+TEST_F(GasLaw, AmountRatioIsAgainstWhatFillsTheChamberAtFirst) {
   ChamberOptions options = of_law("isothermal");
   options.amount_ratio = {{0, 1}, {1, 3}};
   options.temperature = {{0, 250}, {1, 500}};
@@ -278,7 +278,7 @@ TEST_F(GasLaw, amount_ratio_is_against_what_fills_the_chamber_at_first) {
   EXPECT_NEAR(chambers.state(0, v0, 1).pressure, 5 * ambient, 1e-8);
 }
 
-TEST_F(GasLaw, adiabatic_keeps_pV_to_the_gamma) {
+TEST_F(GasLaw, AdiabaticKeepsPVToTheGamma) {
   ChamberOptions options = of_law("adiabatic");
   for (const double gamma : {1.4, 1.667}) {
     if (gamma != 1.4) {
@@ -297,7 +297,7 @@ TEST_F(GasLaw, adiabatic_keeps_pV_to_the_gamma) {
   }
 }
 
-TEST_F(GasLaw, adiabatic_filling_scales_with_the_amount) {
+TEST_F(GasLaw, AdiabaticFillingScalesWithTheAmount) {
   ChamberOptions options = of_law("adiabatic");
   options.amount_ratio = {{0, 1}, {1, 2}};
   options.temperature = {{0, 350}};
@@ -306,7 +306,7 @@ TEST_F(GasLaw, adiabatic_filling_scales_with_the_amount) {
   EXPECT_NEAR(chambers.state(0, v0, 1).temperature, 350, 1e-12);
 }
 
-TEST_F(GasLaw, prescribed_pressure_is_gauge_and_has_no_slope) {
+TEST_F(GasLaw, PrescribedPressureIsGaugeAndHasNoSlope) {
   ChamberOptions options = of_law("pressure");
   options.pressure = {{0, 0}, {1, -300}};
   const Chambers chambers = gas(options);
@@ -318,7 +318,7 @@ TEST_F(GasLaw, prescribed_pressure_is_gauge_and_has_no_slope) {
   expect_consistent(chambers, 5, 1);
 }
 
-TEST_F(GasLaw, prescribed_volume) {
+TEST_F(GasLaw, PrescribedVolume) {
   ChamberOptions options = of_law("volume");
   options.volume_ratio = {{0, 1}, {1, 3}};
   const Chambers by_ratio = gas(options);
@@ -330,7 +330,7 @@ TEST_F(GasLaw, prescribed_volume) {
   EXPECT_NEAR(gas(options).prescribed_volume(0, 0.5), 9, 1e-13);
 }
 
-TEST_F(GasLaw, without_a_volume_nothing_is_finite) {
+TEST_F(GasLaw, WithoutAVolumeNothingIsFinite) {
   for (const ChamberOptions& options : {relative(1), of_law("isothermal"), of_law("adiabatic")}) {
     const Chambers chambers = gas(options);
     for (const double volume : {0.0, -1.0}) {
@@ -344,7 +344,7 @@ TEST_F(GasLaw, without_a_volume_nothing_is_finite) {
 
 // --- Tangents ----------------------------------------------------------------------------------------------------
 
-TEST(GasTangent, complete_tangent_is_the_derivative_of_the_force_for_every_law) {
+TEST(GasTangent, CompleteTangentIsTheDerivativeOfTheForceForEveryLaw) {
   const Membrane sphere = membrane_of(icosphere_mesh(1, radius));
   Field x = rest_positions(sphere);
   x.values() += 0.1 * radius * scattered(sphere, 1).values();
@@ -370,7 +370,7 @@ TEST(GasTangent, complete_tangent_is_the_derivative_of_the_force_for_every_law) 
   }
 }
 
-TEST(GasTangent, the_papers_factor_is_right_for_dilation_and_a_third_of_the_rank_one_part) {
+TEST(GasTangent, ThePapersFactorIsRightForDilationAndAThirdOfTheRankOnePart) {
   const Membrane sphere = membrane_of(icosphere_mesh(2, radius));
   const Chambers chambers = chambers_of(sphere, {{"air", relative(7000)}});
   Field x = rest_positions(sphere);
@@ -404,7 +404,7 @@ class BadGas : public TwoSpheres {
   }
 };
 
-TEST_F(BadGas, keys_that_the_law_does_not_use) {
+TEST_F(BadGas, KeysThatTheLawDoesNotUse) {
   ChamberOptions options = relative(1);
   options.amount = {{0, 1}};
   expect_error({{"air", options}},
@@ -416,7 +416,7 @@ TEST_F(BadGas, keys_that_the_law_does_not_use) {
       "chambers.air.gamma: given, but the law isothermal does not use it, expected another law or no such key");
 }
 
-TEST_F(BadGas, keys_that_the_law_lacks_or_has_twice) {
+TEST_F(BadGas, KeysThatTheLawLacksOrHasTwice) {
   expect_error({{"air", ChamberOptions()}},
                "chambers.air.pressure: not given, expected key points (time, pressure) with the law relative");
   expect_error({{"air", of_law("volume")}},
@@ -427,7 +427,7 @@ TEST_F(BadGas, keys_that_the_law_lacks_or_has_twice) {
   expect_error({{"air", options}}, "chambers.air: both amount and amount_ratio given, expected one of them");
 }
 
-TEST_F(BadGas, values) {
+TEST_F(BadGas, Values) {
   ChamberOptions options = of_law("isothermal");
   options.temperature = {{0, 300}, {0, 400}};
   expect_error({{"air", options}},
@@ -441,7 +441,7 @@ TEST_F(BadGas, values) {
                "undeformed volume");
 }
 
-TEST_F(BadGas, pieces) {
+TEST_F(BadGas, Pieces) {
   ChamberOptions options = relative(1);
   options.vertex = 99999;
   expect_error({{"air", options}}, "chambers.air.vertex: 99999 is no vertex of the mesh, expected one of it");
@@ -458,7 +458,7 @@ TEST_F(BadGas, pieces) {
                "names");
 }
 
-TEST_F(BadGas, no_amount_in_a_vacuum) {
+TEST_F(BadGas, NoAmountInAVacuum) {
   GasOptions vacuum;
   vacuum.ambient_pressure = 0;
   EXPECT_THROW(Chambers(membrane, vacuum, {{"air", of_law("isothermal")}}, Eigen::Vector3d::Zero(), SymmetryPlanes(),
@@ -466,7 +466,7 @@ TEST_F(BadGas, no_amount_in_a_vacuum) {
                Error);
 }
 
-TEST(BadGasMesh, inside_out) {
+TEST(BadGasMesh, InsideOut) {
   SurfaceMesh mesh = cube_mesh(2);
   for (auto& face : mesh.faces) {
     std::swap(face[0], face[1]);

@@ -57,7 +57,7 @@ double isothermal_pressure(double start, double area, double end, int steps, con
   return pressure;
 }
 
-TEST(GasNetwork, a_choked_vessel_empties_as_the_closed_formula_says) {
+TEST(GasNetwork, AChokedVesselEmptiesAsTheClosedFormulaSays) {
   // Into a vacuum the flow is in proportion to the pressure: p = p0 exp(-t/tau) where the temperature is kept.
   GasOptions options;
   options.ambient_pressure = 0;
@@ -71,7 +71,7 @@ TEST(GasNetwork, a_choked_vessel_empties_as_the_closed_formula_says) {
   EXPECT_NEAR(error(200) / error(400), 2, 0.05);  // first order
 }
 
-TEST(GasNetwork, a_choked_vessel_without_heat_empties_as_the_closed_formula_says) {
+TEST(GasNetwork, AChokedVesselWithoutHeatEmptiesAsTheClosedFormulaSays) {
   // p/p0 = (1 + (g - 1)/2 t/tau)^(-2 g/(g - 1)), and p falls with T^(g/(g - 1)).
   GasOptions options;
   options.ambient_pressure = 0;
@@ -98,7 +98,7 @@ TEST(GasNetwork, a_choked_vessel_without_heat_empties_as_the_closed_formula_says
   EXPECT_NEAR(coarse[1] / fine[1], 2, 0.1);
 }
 
-TEST(GasNetwork, small_differences_of_pressure_flow_by_bernoulli) {
+TEST(GasNetwork, SmallDifferencesOfPressureFlowByBernoulli) {
   // dp = p - p_amb falls as (sqrt(dp0) - k t)^2 with k = A sqrt(2/rho) p/(2 V), all but exact for a drop of 1e-3.
   const GasOptions options;
   const double start = 100;  // [Pa]
@@ -110,7 +110,7 @@ TEST(GasNetwork, small_differences_of_pressure_flow_by_bernoulli) {
   EXPECT_NEAR(pressure / (start * 0.09), 1, 6e-3);
 }
 
-TEST(GasNetwork, a_vessel_fills_to_gamma_times_the_temperature_outside) {
+TEST(GasNetwork, AVesselFillsToGammaTimesTheTemperatureOutside) {
   // What flows into a vacuum is as warm as gamma T outside, however long the step and wide the valve.
   GasOptions options;
   const GasNetwork network({vessel(false)}, {hole(1e-2)}, options);
@@ -120,7 +120,7 @@ TEST(GasNetwork, a_vessel_fills_to_gamma_times_the_temperature_outside) {
   EXPECT_NEAR(ended.temperature[0] / (g * ambient_temperature), 1, 1e-6);
 }
 
-TEST(GasNetwork, a_step_does_not_pass_the_equilibrium_however_wide_the_link) {
+TEST(GasNetwork, AStepDoesNotPassTheEquilibriumHoweverWideTheLink) {
   const GasOptions options;
   GasNetwork::Link tube = hole(1);
   tube.to = 1;
@@ -135,7 +135,7 @@ TEST(GasNetwork, a_step_does_not_pass_the_equilibrium_however_wide_the_link) {
   }
 }
 
-TEST(GasNetwork, a_step_ends_however_near_the_pressures_and_wide_the_link) {
+TEST(GasNetwork, AStepEndsHoweverNearThePressuresAndWideTheLink) {
   // The flow goes with the square root of the difference, so that Newton's method may go to and fro between two signs.
   const GasNetwork::Link between = [] {
     GasNetwork::Link link = hole(1);
@@ -162,7 +162,7 @@ TEST(GasNetwork, a_step_ends_however_near_the_pressures_and_wide_the_link) {
   EXPECT_EQ(failures, 0);
 }
 
-TEST(GasNetwork, valves_and_pumps) {
+TEST(GasNetwork, ValvesAndPumps) {
   const GasOptions options;
   GasNetwork::Link valve = hole(1e-4);
   valve.options.one_way = true;
@@ -182,7 +182,7 @@ TEST(GasNetwork, valves_and_pumps) {
   EXPECT_NEAR(ended.gas[1].heat - gas_at(1e5, 300).heat, 1e-3 * g * 600, 1e-12);
 }
 
-TEST(GasNetwork, heat_of_the_wall_comes_to_the_gas) {
+TEST(GasNetwork, HeatOfTheWallComesToTheGas) {
   const GasOptions options;
   const GasNetwork network({vessel(false)}, {}, options);
   GasNetwork::Step step = step_of({gas_at(1e5, 300)}, 0.1);
@@ -228,14 +228,14 @@ double error_of_pumped_vessel(int steps) {
   return pressure / exact - 1;
 }
 
-TEST(GasNetwork, work_of_gas_that_comes_in_while_its_vessel_grows_is_of_second_order) {
+TEST(GasNetwork, WorkOfGasThatComesInWhileItsVesselGrowsIsOfSecondOrder) {
   const double coarse = error_of_pumped_vessel(10);
   const double fine = error_of_pumped_vessel(20);
   EXPECT_LT(std::abs(coarse), 1e-3);
   EXPECT_NEAR(coarse / fine, 4, 0.3);
 }
 
-TEST(GasNetwork, slopes_are_derivatives_of_the_pressures_by_the_volumes) {
+TEST(GasNetwork, SlopesAreDerivativesOfThePressuresByTheVolumes) {
   const GasOptions options;
   GasNetwork::Link tube = hole(2e-5);
   tube.to = 1;
@@ -265,7 +265,7 @@ TEST(GasNetwork, slopes_are_derivatives_of_the_pressures_by_the_volumes) {
   }
 }
 
-TEST(GasNetwork, bad_links_are_named) {
+TEST(GasNetwork, BadLinksAreNamed) {
   const auto message = [](const GasNetwork::Link& link) {
     try {
       GasNetwork({vessel(false), {false, 1.2, volume}}, {link}, GasOptions());

@@ -7,7 +7,7 @@
 namespace pellicle {
 namespace {
 
-TEST(GasOptions, a_chamber_is_read_by_its_keys_in_units) {
+TEST(GasOptions, AChamberIsReadByItsKeysInUnits) {
   OptionTable table;
   GasOptions gas;
   std::map<std::string, ChamberOptions> chambers;

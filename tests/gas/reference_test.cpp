@@ -51,7 +51,7 @@ class ReferenceGas : public ::testing::Test {
   }
 };
 
-TEST_F(ReferenceGas, volumes_pressures_force_and_tangents) {
+TEST_F(ReferenceGas, VolumesPressuresForceAndTangents) {
   for (const std::string& name : balloons()) {
     SCOPED_TRACE(name);
     const YAML::Node params = YAML::LoadFile(name + ".params.json");

@@ -7,7 +7,7 @@ namespace {
 
 const std::vector<std::vector<double>> path{{1, 0, 0, 0}, {2, 4, 0, -2}, {4, 4, 8, -2}};
 
-TEST(KeyPoints, path_is_linear_between_rows_and_at_rest_outside) {
+TEST(KeyPoints, PathIsLinearBetweenRowsAndAtRestOutside) {
   EXPECT_EQ(place_on_key_points(path, 0), Eigen::Vector3d(0, 0, 0));
   EXPECT_EQ(place_on_key_points(path, 1), Eigen::Vector3d(0, 0, 0));
   EXPECT_EQ(place_on_key_points(path, 1.25), Eigen::Vector3d(1, 0, -0.5));
@@ -16,7 +16,7 @@ TEST(KeyPoints, path_is_linear_between_rows_and_at_rest_outside) {
   EXPECT_EQ(place_on_key_points(path, 9), Eigen::Vector3d(4, 8, -2));
 }
 
-TEST(KeyPoints, integral_is_that_of_the_path) {
+TEST(KeyPoints, IntegralIsThatOfThePath) {
   EXPECT_EQ(integral_on_key_points(path, 0), Eigen::Vector3d(0, 0, 0));
   EXPECT_EQ(integral_on_key_points(path, 1.5), Eigen::Vector3d(0.5, 0, -0.25));
   EXPECT_EQ(integral_on_key_points(path, 3), Eigen::Vector3d(6, 2, -3));
@@ -24,7 +24,7 @@ TEST(KeyPoints, integral_is_that_of_the_path) {
   EXPECT_EQ(integral_on_key_points({{2, 1, 2, 3}}, -2), Eigen::Vector3d(-2, -4, -6));
 }
 
-TEST(KeyPoints, value_is_linear_between_rows_and_constant_outside) {
+TEST(KeyPoints, ValueIsLinearBetweenRowsAndConstantOutside) {
   const std::vector<std::vector<double>> ramp{{1, 2}, {3, 6}};
   EXPECT_EQ(value_on_key_points(ramp, 0), 2);
   EXPECT_EQ(value_on_key_points(ramp, 1.5), 3);
@@ -34,12 +34,12 @@ TEST(KeyPoints, value_is_linear_between_rows_and_constant_outside) {
   EXPECT_EQ(value_on_key_points({{0, 7}}, 1), 7);
 }
 
-TEST(KeyPoints, a_motion_follows_its_path_or_else_its_velocity) {
+TEST(KeyPoints, AMotionFollowsItsPathOrElseItsVelocity) {
   EXPECT_EQ(place_of_motion(path, {0, 0, 0}, 3), place_on_key_points(path, 3));
   EXPECT_EQ(place_of_motion({}, {1, -2, 4}, 0.5), Eigen::Vector3d(0.5, -1, 2));
 }
 
-TEST(KeyPoints, faults_name_the_key_point) {
+TEST(KeyPoints, FaultsNameTheKeyPoint) {
   EXPECT_EQ(fault_of_key_points(path), "");
   EXPECT_EQ(fault_of_key_points({}), "");
   EXPECT_NE(fault_of_key_points({{0, 1, 2, 3}, {1, 2, 3}}).find("key point 2 has 3 numbers"), std::string::npos);

@@ -86,14 +86,14 @@ Eigen::MatrixXd difference_stiffness(double pressure, const std::vector<Triangle
 
 constexpr double pressure = 700;  // [Pa]
 
-TEST(PressureLoad, volume_of_an_octahedron) {
+TEST(PressureLoad, VolumeOfAnOctahedron) {
   EXPECT_NEAR(volume(whole, octahedron(0.5)), 4.0 / 3 * 0.125, 1e-15);
   EXPECT_NEAR(volume(upper_half, octahedron(0.5)), 2.0 / 3 * 0.125, 1e-15);
   const Eigen::Matrix3Xd moved = crooked().colwise() + Eigen::Vector3d(1, -2, 0.5);
   EXPECT_NEAR(volume(whole, moved), volume(whole, crooked()), 1e-14);
 }
 
-TEST(PressureLoad, stiffness_of_a_closed_surface_is_the_derivative_of_the_force) {
+TEST(PressureLoad, StiffnessOfAClosedSurfaceIsTheDerivativeOfTheForce) {
   const Eigen::Matrix3Xd x = crooked();
   const Eigen::MatrixXd exact = difference_stiffness(pressure, whole, x);
   EXPECT_GT(exact.norm(), 100);
@@ -103,7 +103,7 @@ TEST(PressureLoad, stiffness_of_a_closed_surface_is_the_derivative_of_the_force)
   EXPECT_LT((stiffness(pressure, whole, moved) - exact).norm(), 1e-12 * exact.norm());
 }
 
-TEST(PressureLoad, rims_lead_to_the_symmetric_part) {
+TEST(PressureLoad, RimsLeadToTheSymmetricPart) {
   const Eigen::Matrix3Xd x = crooked();
   const Eigen::MatrixXd exact = difference_stiffness(pressure, upper_half, x);
   EXPECT_GT((exact - exact.transpose()).norm(), 1e-2 * exact.norm());
@@ -125,7 +125,7 @@ TEST(PressureLoad, rims_lead_to_the_symmetric_part) {
   EXPECT_LT((sum - (exact + exact.transpose()) / 2).norm(), 1e-12 * exact.norm());
 }
 
-TEST(PressureLoad, stiffness_of_a_surface_that_a_plane_closes_is_symmetric) {
+TEST(PressureLoad, StiffnessOfASurfaceThatAPlaneClosesIsSymmetric) {
   const Eigen::Matrix3Xd x = crooked();
   Eigen::VectorXd free = Eigen::VectorXd::Ones(x.size());
   for (int corner = 0; corner < 4; ++corner) {

@@ -5,7 +5,7 @@
 namespace pellicle {
 namespace {
 
-TEST(Projectors, are_the_identity_but_where_a_vertex_is_bound) {
+TEST(Projectors, AreTheIdentityButWhereAVertexIsBound) {
   Projectors projectors(4);
   const Eigen::Matrix3d in_plane = Eigen::Vector3d(1, 0, 1).asDiagonal();
   projectors.bind(3, Eigen::Matrix3d::Zero());
@@ -22,7 +22,7 @@ TEST(Projectors, are_the_identity_but_where_a_vertex_is_bound) {
   EXPECT_EQ(vectors.col(1), Eigen::Vector3d(1, 0, 1));
 }
 
-TEST(Projectors, forget_the_last_vertices_and_take_others_in_their_place) {
+TEST(Projectors, ForgetTheLastVerticesAndTakeOthersInTheirPlace) {
   Projectors projectors(2);
   projectors.bind(0, Eigen::Matrix3d::Zero());
   projectors.resize(4);

@@ -11,7 +11,7 @@ namespace {
 
 const double pi = std::acos(-1);
 
-TEST(RigidMotions, turn_by_key_points_of_the_rotation_vector) {
+TEST(RigidMotions, TurnByKeyPointsOfTheRotationVector) {
   RigidMotion motion;
   motion.start.place = {1, 0, 0};
   motion.rotation = {{1, 0, 0, 0}, {2, 0, 0, 4 * pi}, {3, 0, 0, 4 * pi}};
@@ -21,7 +21,7 @@ TEST(RigidMotions, turn_by_key_points_of_the_rotation_vector) {
   EXPECT_EQ(motion.at(2.5).place, Eigen::Vector3d(1, 0, 0)) << "about its origin";
 }
 
-TEST(RigidMotions, go_on_at_constant_velocities) {
+TEST(RigidMotions, GoOnAtConstantVelocities) {
   RigidMotion motion;
   motion.start = {rotation_matrix({pi / 2, 0, 0}), {1, 2, 3}};
   motion.velocity = {0, 0, 2};
@@ -36,7 +36,7 @@ TEST(RigidMotions, go_on_at_constant_velocities) {
   EXPECT_LT((motion.at(0.5).place - Eigen::Vector3d(6, 5, 5)).norm(), 1e-15) << "a path replaces place and velocity";
 }
 
-TEST(RigidMotions, say_what_is_wrong_with_them) {
+TEST(RigidMotions, SayWhatIsWrongWithThem) {
   RigidMotion motion;
   EXPECT_EQ(fault_of(motion), "");
   motion.rotation = {{0, 0, 0, 0}, {0, 1, 0, 0}};
@@ -46,7 +46,7 @@ TEST(RigidMotions, say_what_is_wrong_with_them) {
   EXPECT_EQ(fault_of(motion), ": both rotation and angular_velocity given, expected one of them");
 }
 
-TEST(RigidMotions, rotation_between_turns_one_direction_into_the_other) {
+TEST(RigidMotions, RotationBetweenTurnsOneDirectionIntoTheOther) {
   const Eigen::Vector3d z = Eigen::Vector3d::UnitZ();
   for (const Eigen::Vector3d& to : {Eigen::Vector3d(1, 2, -0.5), Eigen::Vector3d(0, 0, 3), Eigen::Vector3d(0, 0, -3),
                                     Eigen::Vector3d(1e-9, 0, -1), Eigen::Vector3d(1e-9, 0, 1)}) {

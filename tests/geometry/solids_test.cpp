@@ -41,7 +41,7 @@ std::vector<Shape> all_shapes() {
           Cylinder{0.4, 0.25}, Ring{0.5, 0.15}, box_mesh({0.5, 0.3, 0.2})};
 }
 
-TEST(Solids, have_the_distances_of_formulas) {
+TEST(Solids, HaveTheDistancesOfFormulas) {
   RandomPoints points;
   const Shape mesh = box_mesh({0.5, 0.3, 0.2});
   for (int n = 0; n < 2000; ++n) {
@@ -59,7 +59,7 @@ TEST(Solids, have_the_distances_of_formulas) {
 }
 
 /// The normal is the gradient of the distance, wherever that has one.
-TEST(Solids, normals_lead_to_the_surface) {
+TEST(Solids, NormalsLeadToTheSurface) {
   RandomPoints points;
   for (const Shape& shape : all_shapes()) {
     const Solid solid{shape, {rotation_matrix({0.3, -1, 0.5}), {0.1, 0.2, -0.1}}};
@@ -74,7 +74,7 @@ TEST(Solids, normals_lead_to_the_surface) {
 }
 
 // A point outside the box is at least as far from the shape, and points of the surface reach every side of the box.
-TEST(Solids, fill_the_boxes_round_them) {
+TEST(Solids, FillTheBoxesRoundThem) {
   RandomPoints points;
   for (const Shape& shape : all_shapes()) {
     const Eigen::AlignedBox3d box = box_round(shape);
@@ -92,7 +92,7 @@ TEST(Solids, fill_the_boxes_round_them) {
   }
 }
 
-TEST(Solids, middles_and_surfaces_have_unit_normals) {
+TEST(Solids, MiddlesAndSurfacesHaveUnitNormals) {
   for (const Shape& shape : all_shapes()) {
     for (const Point& p : {Point(0, 0, 0), Point(0.5, 0, 0), Point(0, 0, 0.2), Point(0.5, 0.3, 0.2)}) {
       EXPECT_NEAR(signed_distance(Solid{shape, {}}, p).normal.norm(), 1, 1e-12) << shape.index();
@@ -100,7 +100,7 @@ TEST(Solids, middles_and_surfaces_have_unit_normals) {
   }
 }
 
-TEST(Solids, a_pose_turns_and_moves_them) {
+TEST(Solids, APoseTurnsAndMovesThem) {
   const Pose pose{rotation_matrix({0, 0, std::acos(-1) / 2}), {1, 2, 3}};
   const Solid box{Box{{0.5, 0.3, 0.2}}, pose};
   EXPECT_NEAR(signed_distance(box, {1, 2.7, 3}).distance, 0.2, 1e-14) << "its long edge lies along y";
@@ -108,7 +108,7 @@ TEST(Solids, a_pose_turns_and_moves_them) {
   EXPECT_NEAR((pose.to_own(pose.to_world({4, 5, 6})) - Point(4, 5, 6)).norm(), 0, 1e-14);
 }
 
-TEST(ClosedMeshes, say_what_is_wrong_with_them) {
+TEST(ClosedMeshes, SayWhatIsWrongWithThem) {
   const std::vector<Point> points{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   const Triangles closed{{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}};
   EXPECT_EQ(fault_of_closed_mesh(points, closed), "");
@@ -119,7 +119,7 @@ TEST(ClosedMeshes, say_what_is_wrong_with_them) {
 }
 
 /// Subdivided finely, no point of a triangle is deeper than the deepest.
-TEST(DeepestPoints, are_the_deepest) {
+TEST(DeepestPoints, AreTheDeepest) {
   RandomPoints points;
   constexpr double tolerance = 1e-4;
   for (const Shape& shape : all_shapes()) {
@@ -145,7 +145,7 @@ TEST(DeepestPoints, are_the_deepest) {
   }
 }
 
-TEST(DeepestPoints, of_triangles_without_area_are_those_of_lines_and_points) {
+TEST(DeepestPoints, OfTrianglesWithoutAreaAreThoseOfLinesAndPoints) {
   for (const Shape& shape : all_shapes()) {
     const Solid solid{shape, {}};
     const Point point(0.1, 0.2, 0.7);
@@ -163,7 +163,7 @@ TEST(DeepestPoints, of_triangles_without_area_are_those_of_lines_and_points) {
   }
 }
 
-TEST(DeepestPoints, find_an_edge_between_the_corners) {
+TEST(DeepestPoints, FindAnEdgeBetweenTheCorners) {
   // The edge of a box, from below, in the middle of a triangle above it.
   const Solid box{Box{{0.5, 0.5, 0.5}}, {rotation_matrix({0, std::acos(-1) / 4, 0}), {0, 0, -std::sqrt(0.5)}}};
   const auto found =

@@ -40,7 +40,7 @@ class ConductionOf : public ::testing::TestWithParam<std::string> {};
 INSTANTIATE_TEST_SUITE_P(Matrices, ConductionOf, ::testing::Values("aij", "shell"));
 
 // cos(k x) on an insulated unit square of n cells is an eigenvector, of eigenvalue 8 (1 - cos(k a/2)) / a^2.
-TEST_P(ConductionOf, decays_a_mode_by_backward_euler) {
+TEST_P(ConductionOf, DecaysAModeByBackwardEuler) {
   const double step = 0.02;
   const int steps = 5;
   const double wave_number = M_PI;
@@ -64,7 +64,7 @@ TEST_P(ConductionOf, decays_a_mode_by_backward_euler) {
   EXPECT_NEAR(errors[1] / errors[2], 4, 0.03);
 }
 
-TEST_P(ConductionOf, is_first_order_in_time) {
+TEST_P(ConductionOf, IsFirstOrderInTime) {
   const double a = 1.0 / 12;
   const Sheet sheet = shell_of(grid_mesh(12, 12, a), 0.01);
   const HeatOptions options = options_for("consistent", GetParam());
@@ -84,7 +84,7 @@ TEST_P(ConductionOf, is_first_order_in_time) {
 }
 
 // A Gaussian of variance s^2 becomes one of variance s^2 + 2 alpha t; the umbrella conducts with half of alpha.
-TEST_P(ConductionOf, spreads_a_gaussian) {
+TEST_P(ConductionOf, SpreadsAGaussian) {
   const double time = 0.01;
   const double variance = 0.01;
   for (const auto& [name, fraction] : {std::pair{"umbrella", 0.5}, {"consistent", 1.0}}) {
@@ -111,7 +111,7 @@ TEST_P(ConductionOf, spreads_a_gaussian) {
   }
 }
 
-TEST_P(ConductionOf, a_uniform_field_stays_uniform_and_heat_is_conserved) {
+TEST_P(ConductionOf, AUniformFieldStaysUniformAndHeatIsConserved) {
   const Sheet sheet = shell_of(irregular_mesh(9, 8, 0.1), 0.03);
   Field positions = rest_positions(sheet);  // A crumpled sheet, partly burnt.
   positions.values() += 0.02 * (30 * positions.values()).array().sin().matrix();
@@ -147,7 +147,7 @@ TEST_P(ConductionOf, a_uniform_field_stays_uniform_and_heat_is_conserved) {
 }
 
 // Green springs reach from an active cell over its edge: two columns of dead cells are a gap for both operators.
-TEST_P(ConductionOf, heat_does_not_cross_a_gap) {
+TEST_P(ConductionOf, HeatDoesNotCrossAGap) {
   const Sheet sheet = shell_of(irregular_mesh(10, 6, 0.1), 0.03);
   const auto is_dead = [](const Eigen::Vector3d& x) { return x.x() > 0.4 && x.x() < 0.6; };
   const ActiveSet active = without(sheet, is_dead);
@@ -203,7 +203,7 @@ SurfaceMesh part_of(const SurfaceMesh& mesh, const std::function<bool(const Eige
 
 // What is left of a sheet conducts as the same cells alone, whose corners at the edge have lost part of their mass's
 // cells, but no mass. Cells beside active ones are kept, as their lattice points end active green springs.
-TEST_P(ConductionOf, a_masked_sheet_conducts_as_its_living_part_alone) {
+TEST_P(ConductionOf, AMaskedSheetConductsAsItsLivingPartAlone) {
   const SurfaceMesh mesh = irregular_mesh(12, 8, 0.1);
   const auto is_dead = [](const Eigen::Vector3d& x) { return x.x() + 0.5 * x.y() > 0.8; };
   const auto is_kept = [](const Eigen::Vector3d& x) { return x.x() + 0.5 * x.y() < 1.05; };
@@ -249,7 +249,7 @@ TEST_P(ConductionOf, a_masked_sheet_conducts_as_its_living_part_alone) {
 }
 
 // Crumpled, partly burnt, with many single triangles gone and a part without any, whose particles have left.
-TEST_P(ConductionOf, heat_is_conserved_by_what_is_left) {
+TEST_P(ConductionOf, HeatIsConservedByWhatIsLeft) {
   const Sheet sheet = shell_of(irregular_mesh(9, 8, 0.1), 0.03);
   Field positions = rest_positions(sheet);
   positions.values() += 0.02 * (30 * positions.values()).array().sin().matrix();
@@ -286,7 +286,7 @@ TEST_P(ConductionOf, heat_is_conserved_by_what_is_left) {
 }
 
 // From hardly any conduction to temperatures that are uniform at once, where the condition of the matrix is 1e12.
-TEST_P(ConductionOf, heat_is_conserved_whatever_the_tolerance_and_the_diffusivity) {
+TEST_P(ConductionOf, HeatIsConservedWhateverTheToleranceAndTheDiffusivity) {
   const Sheet sheet = shell_of(irregular_mesh(9, 8, 0.1), 0.03);
   const auto start = [](const Eigen::Vector3d& x) { return 600 + 300 * std::sin(9 * x.x() + 7 * x.y()); };
   const Field mass = initial_masses(sheet);
@@ -351,7 +351,7 @@ class Solvers : public ::testing::Test {
   Sheet sheet_;
 };
 
-TEST_F(Solvers, give_the_same_answer_with_every_method_and_preconditioner) {
+TEST_F(Solvers, GiveTheSameAnswerWithEveryMethodAndPreconditioner) {
   for (const char* name : {"umbrella", "consistent"}) {
     const Field expected = [&] {
       const PetscOptions direct(
@@ -371,7 +371,7 @@ TEST_F(Solvers, give_the_same_answer_with_every_method_and_preconditioner) {
   }
 }
 
-TEST_F(Solvers, failure_is_a_result_and_leaves_the_temperature) {
+TEST_F(Solvers, FailureIsAResultAndLeavesTheTemperature) {
   const PetscOptions options(PetscOptions::List{{"-heat_ksp_max_it", "1"}});
   Conduction conduction(sheet_, options_for("consistent"), {});
   Field temperature = field_of(sheet_, [](const Eigen::Vector3d& x) { return 600 + 300 * std::sin(9 * x.x()); });
@@ -383,7 +383,7 @@ TEST_F(Solvers, failure_is_a_result_and_leaves_the_temperature) {
   EXPECT_EQ((temperature.values() - before).cwiseAbs().maxCoeff(), 0);
 }
 
-TEST_F(Solvers, what_a_loose_solver_leaves_is_solved_for_again) {
+TEST_F(Solvers, WhatALooseSolverLeavesIsSolvedForAgain) {
   const Field expected = result("consistent", "aij");
   const PetscOptions loose(PetscOptions::List{{"-heat_ksp_rtol", "0.5"}});
   HeatOptions options = options_for("consistent");
@@ -395,7 +395,7 @@ TEST_F(Solvers, what_a_loose_solver_leaves_is_solved_for_again) {
   EXPECT_LT(difference(expected, temperature), 2e-6 * 600);
 }
 
-TEST_F(Solvers, one_that_cannot_reach_the_tolerance_says_so) {
+TEST_F(Solvers, OneThatCannotReachTheToleranceSaysSo) {
   const PetscOptions little_at_a_time({{"-heat_ksp_type", "richardson"},
                                        {"-heat_ksp_richardson_scale", "0.01"},
                                        {"-heat_pc_type", "jacobi"},
@@ -412,7 +412,7 @@ TEST_F(Solvers, one_that_cannot_reach_the_tolerance_says_so) {
   EXPECT_EQ((temperature.values() - before).cwiseAbs().maxCoeff(), 0);
 }
 
-TEST_F(Solvers, values_that_are_no_numbers_are_a_failed_solve) {
+TEST_F(Solvers, ValuesThatAreNoNumbersAreAFailedSolve) {
   Conduction conduction(sheet_, options_for("umbrella"), {});
   Field temperature = field_of(sheet_, [](const Eigen::Vector3d&) { return std::nan(""); });
   EXPECT_FALSE(

@@ -35,7 +35,7 @@ bool is_inside(const Eigen::Vector3d& x, double width, double height, double edg
   return x.x() > margin && x.y() > margin && x.x() < width - margin && x.y() < height - margin;
 }
 
-TEST(Umbrella, is_half_of_the_laplacian_on_a_regular_sheet) {
+TEST(Umbrella, IsHalfOfTheLaplacianOnARegularSheet) {
   const double edge = 0.1;
   const Sheet sheet = shell_of(grid_mesh(8, 6, edge), 0);
   const Field values =
@@ -52,7 +52,7 @@ TEST(Umbrella, is_half_of_the_laplacian_on_a_regular_sheet) {
   EXPECT_EQ(sum_over_ranks(inside), 7 * 5 + 6 * 4);
 }
 
-TEST(Cotangent, is_the_laplacian_on_a_regular_sheet_of_any_thickness) {
+TEST(Cotangent, IsTheLaplacianOnARegularSheetOfAnyThickness) {
   const double edge = 0.1;
   const Sheet sheet = shell_of(grid_mesh(8, 6, edge), 0.07);
   const Field values =
@@ -70,7 +70,7 @@ TEST(Cotangent, is_the_laplacian_on_a_regular_sheet_of_any_thickness) {
 }
 
 // The patch test of linear finite elements: a linear field flows nowhere, however the triangles are shaped.
-TEST(Cotangent, a_linear_field_flows_nowhere_on_an_irregular_flat_mesh) {
+TEST(Cotangent, ALinearFieldFlowsNowhereOnAnIrregularFlatMesh) {
   SurfaceMesh mesh = irregular_mesh(9, 7, 0.1);
   for (Eigen::Vector3d& point : mesh.points) {
     point.z() = 0;
@@ -124,7 +124,7 @@ SurfaceMesh cubed_sphere(int n, double radius) {
 }
 
 // Rayleigh quotients of spherical harmonics: l (l + 1) / R^2.
-TEST(Cotangent, eigenvalues_of_a_sphere_converge_at_second_order) {
+TEST(Cotangent, EigenvaluesOfASphereConvergeAtSecondOrder) {
   const double radius = 0.5;
   struct Harmonic {
     int degree;
@@ -155,7 +155,7 @@ TEST(Cotangent, eigenvalues_of_a_sphere_converge_at_second_order) {
   }
 }
 
-TEST(DiffusionGraph, every_operator_is_symmetric_and_keeps_a_uniform_field) {
+TEST(DiffusionGraph, EveryOperatorIsSymmetricAndKeepsAUniformField) {
   const Sheet sheet = shell_of(irregular_mesh(7, 6, 0.1), 0.03);
   const Field positions = rest_positions(sheet);
   std::vector<double> alpha;
@@ -182,7 +182,7 @@ TEST(DiffusionGraph, every_operator_is_symmetric_and_keeps_a_uniform_field) {
   }
 }
 
-TEST(DiffusionGraph, a_collapsed_sheet_has_finite_weights) {
+TEST(DiffusionGraph, ACollapsedSheetHasFiniteWeights) {
   const Sheet sheet = shell_of(grid_mesh(3, 3, 0.1), 0.03);
   const Field nowhere(sheet.particles, 3);
   const DiffusionGraph of_springs = umbrella(sheet, nowhere);
@@ -195,7 +195,7 @@ TEST(DiffusionGraph, a_collapsed_sheet_has_finite_weights) {
   }
 }
 
-TEST(Umbrella, matches_the_reference) {
+TEST(Umbrella, MatchesTheReference) {
   const std::string name = shared_folder() + "/reference/A1_burn";
   if (!std::ifstream(name + ".obj")) {
     GTEST_SKIP() << "no reference cases in " << shared_folder();

@@ -38,7 +38,7 @@ class HeatBalance : public ::testing::Test {
   Field mass_;
 };
 
-TEST_F(HeatBalance, areas_add_up_and_follow_the_masses) {
+TEST_F(HeatBalance, AreasAddUpAndFollowTheMasses) {
   const Eigen::VectorXd areas = particle_areas(sheet_, positions_, ActiveSet(sheet_));
   EXPECT_NEAR(sum_over_ranks(areas.sum()), 0.6 * 0.5, 1e-14);
   for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
@@ -48,7 +48,7 @@ TEST_F(HeatBalance, areas_add_up_and_follow_the_masses) {
 
 // Half of the width dead, and of one more cell the triangle at its edge of least x: of its quarter of the cell it takes
 // half from the lattice point.
-TEST_F(HeatBalance, dead_triangles_have_no_area_and_lose_nothing) {
+TEST_F(HeatBalance, DeadTrianglesHaveNoAreaAndLoseNothing) {
   const ActiveSet active =
       without(sheet_, [](const Eigen::Vector3d& x) { return x.x() < 0.3 || (x.x() < 0.32 && x.y() < 0.1); });
   const Eigen::VectorXd areas = particle_areas(sheet_, positions_, active);
@@ -73,7 +73,7 @@ TEST_F(HeatBalance, dead_triangles_have_no_area_and_lose_nothing) {
   }
 }
 
-TEST_F(HeatBalance, particles_that_have_left_take_no_part) {
+TEST_F(HeatBalance, ParticlesThatHaveLeftTakeNoPart) {
   HeatOptions options;
   options.convection = 12;
   options.burning_heat = 300;
@@ -98,7 +98,7 @@ TEST_F(HeatBalance, particles_that_have_left_take_no_part) {
   }
 }
 
-TEST_F(HeatBalance, what_warms_gains_and_what_cools_loses) {
+TEST_F(HeatBalance, WhatWarmsGainsAndWhatCoolsLoses) {
   HeatOptions options;
   options.convection = 12;
   options.ambient_temperature = 500;
@@ -118,14 +118,14 @@ TEST_F(HeatBalance, what_warms_gains_and_what_cools_loses) {
   EXPECT_NEAR(exchange.lost, lost, 1e-12 * lost);
 }
 
-TEST_F(HeatBalance, nothing_is_lost_unless_asked) {
+TEST_F(HeatBalance, NothingIsLostUnlessAsked) {
   Field temperature = uniform(900);
   EXPECT_EQ(lose(temperature, 1, 1, HeatOptions()), 0);
   EXPECT_EQ(temperature.values().maxCoeff(), 900);
 }
 
 // Both sides of area A: T - T_amb decays at the rate 2 h_c A / (m c) = 2 h_c / (sigma c), exactly for any step.
-TEST_F(HeatBalance, convection_decays_exponentially) {
+TEST_F(HeatBalance, ConvectionDecaysExponentially) {
   HeatOptions options;
   options.convection = 12;
   options.ambient_temperature = 290;
@@ -145,7 +145,7 @@ TEST_F(HeatBalance, convection_decays_exponentially) {
 }
 
 // Into surroundings at 0 K: T^-3 = T_0^-3 + 6 epsilon sigma t / (areal density c).
-TEST_F(HeatBalance, radiation_converges_at_second_order) {
+TEST_F(HeatBalance, RadiationConvergesAtSecondOrder) {
   HeatOptions options;
   options.emissivity = 0.9;
   options.ambient_temperature = 0;
@@ -162,7 +162,7 @@ TEST_F(HeatBalance, radiation_converges_at_second_order) {
   EXPECT_GT(errors[1] / errors[2], 3.7);
 }
 
-TEST_F(HeatBalance, a_huge_step_ends_at_the_surroundings) {
+TEST_F(HeatBalance, AHugeStepEndsAtTheSurroundings) {
   HeatOptions options;
   options.convection = 10;
   options.emissivity = 1;
@@ -174,7 +174,7 @@ TEST_F(HeatBalance, a_huge_step_ends_at_the_surroundings) {
   }
 }
 
-TEST_F(HeatBalance, burning_heats_by_eta_times_the_lost_fraction) {
+TEST_F(HeatBalance, BurningHeatsByEtaTimesTheLostFraction) {
   HeatOptions options;
   options.burning_heat = 300;
   Field change(sheet_.particles, 1);

@@ -31,7 +31,7 @@ class HeatSources : public ::testing::Test {
   std::vector<double> texture_;
 };
 
-TEST_F(HeatSources, a_ball_heats_what_is_near_its_centre_at_the_start_of_the_step) {
+TEST_F(HeatSources, ABallHeatsWhatIsNearItsCentreAtTheStartOfTheStep) {
   HeatSource source;
   source.centre = {0.2, 0.4, 0};
   source.velocity = {1.2, 0, 0};
@@ -54,7 +54,7 @@ TEST_F(HeatSources, a_ball_heats_what_is_near_its_centre_at_the_start_of_the_ste
   EXPECT_NEAR(sum_over_ranks(heat_content(sheet_, mass_, temperature_, capacity)), content + heat, 1e-12 * content);
 }
 
-TEST_F(HeatSources, a_texture_heats_by_its_brightness_whatever_the_step) {
+TEST_F(HeatSources, ATextureHeatsByItsBrightnessWhateverTheStep) {
   for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
     texture_.push_back(sheet_.rest(1, i) / 0.8);
   }
@@ -72,7 +72,7 @@ TEST_F(HeatSources, a_texture_heats_by_its_brightness_whatever_the_step) {
   EXPECT_NEAR(sum_over_ranks(heat_content(sheet_, mass_, temperature_, capacity)), content + heat, 1e-12 * content);
 }
 
-TEST_F(HeatSources, heat_only_between_start_and_end) {
+TEST_F(HeatSources, HeatOnlyBetweenStartAndEnd) {
   HeatSource source;
   source.centre = {0.5, 0.4, 0};
   source.start_time = 0.1;
@@ -82,7 +82,7 @@ TEST_F(HeatSources, heat_only_between_start_and_end) {
   EXPECT_EQ(apply(source, 0.2, 0.01), 0);
 }
 
-TEST(HeatSource, follows_its_key_points) {
+TEST(HeatSource, FollowsItsKeyPoints) {
   HeatSource source;
   source.centre = {7, 7, 7};
   source.path = {{1, 0, 0, 0}, {2, 1, 2, 3}, {4, 1, 2, 5}};
@@ -92,7 +92,7 @@ TEST(HeatSource, follows_its_key_points) {
   EXPECT_TRUE(source.centre_at(9).isApprox(Eigen::Vector3d(1, 2, 5)));
 }
 
-TEST(HeatSource, refuses_a_texture_without_a_file_and_a_path_that_goes_back_in_time) {
+TEST(HeatSource, RefusesATextureWithoutAFileAndAPathThatGoesBackInTime) {
   const auto message = [](const HeatSource& source) -> std::string {
     try {
       validate("lamp", source);

@@ -53,7 +53,7 @@ struct Entries {
 class InterfaceFactors : public ::testing::TestWithParam<int> {};
 INSTANTIATE_TEST_SUITE_P(Reaches, InterfaceFactors, ::testing::Values(1, 3, unknowns));
 
-TEST_P(InterfaceFactors, solve_and_count_negative_eigenvalues) {
+TEST_P(InterfaceFactors, SolveAndCountNegativeEigenvalues) {
   const Entries entries(GetParam());
   InterfaceFactor factor(entries.rows, entries.columns, unknowns, "");
   const Eigen::VectorXd load = Eigen::VectorXd::LinSpaced(unknowns, -1, 2);
@@ -69,14 +69,14 @@ TEST_P(InterfaceFactors, solve_and_count_negative_eigenvalues) {
   }
 }
 
-TEST(InterfaceFactor, says_that_a_dense_matrix_is_singular) {
+TEST(InterfaceFactor, SaysThatADenseMatrixIsSingular) {
   const Entries entries(unknowns);
   InterfaceFactor factor(entries.rows, entries.columns, unknowns, "");
   factor.values().assign(entries.rows.size(), 0);
   EXPECT_FALSE(factor.refresh());
 }
 
-TEST(InterfaceFactor, may_be_of_nothing) {
+TEST(InterfaceFactor, MayBeOfNothing) {
   InterfaceFactor factor({}, {}, 0, "");
   Eigen::VectorXd nothing(0);
   EXPECT_TRUE(factor.refresh());
@@ -85,7 +85,7 @@ TEST(InterfaceFactor, may_be_of_nothing) {
 }
 
 // The program warns of options that rank 0 has not read.
-TEST(MumpsFactor, of_nothing_reads_its_options) {
+TEST(MumpsFactor, OfNothingReadsItsOptions) {
   SolverOptions given;
   given.set("nothing_mat_mumps_icntl_14", "60");
   const MumpsFactor factor({}, {}, 0, 0, "nothing_");

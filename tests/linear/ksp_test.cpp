@@ -48,7 +48,7 @@ struct Chain {
   VecHandle b;
 };
 
-TEST(Ksp, a_factorisation_alone_solves) {
+TEST(Ksp, AFactorisationAloneSolves) {
   Chain chain;
   const LinearResult result =
       chain.solve({{"ksp_type", "preonly"}, {"pc_type", "lu"}, {"pc_factor_mat_solver_type", "mumps"}});
@@ -56,7 +56,7 @@ TEST(Ksp, a_factorisation_alone_solves) {
   EXPECT_LT(chain.residual(), 1e-10);
 }
 
-TEST(Ksp, what_tests_no_residual_is_tested) {
+TEST(Ksp, WhatTestsNoResidualIsTested) {
   const std::vector<std::vector<std::pair<std::string, std::string>>> untested{
       {{"ksp_type", "preonly"}, {"pc_type", "jacobi"}},
       {{"ksp_convergence_test", "skip"}, {"ksp_max_it", "3"}, {"pc_type", "jacobi"}},
@@ -71,7 +71,7 @@ TEST(Ksp, what_tests_no_residual_is_tested) {
   EXPECT_NE(chain.solve(untested.front()).reason.find("chain_ (preonly) does not solve"), std::string::npos);
 }
 
-TEST(Ksp, a_direction_of_negative_curvature_is_no_solution) {
+TEST(Ksp, ADirectionOfNegativeCurvatureIsNoSolution) {
   for (const char* type : {"cg", "stcg"}) {
     Chain chain(-2);
     const LinearResult result = chain.solve({{"ksp_type", type}, {"pc_type", "none"}});
@@ -79,7 +79,7 @@ TEST(Ksp, a_direction_of_negative_curvature_is_no_solution) {
   }
 }
 
-TEST(Ksp, what_grows_beyond_all_numbers_can_be_solved_again) {
+TEST(Ksp, WhatGrowsBeyondAllNumbersCanBeSolvedAgain) {
   Chain chain;
   SolverOptions options;
   options.set("chain_ksp_type", "chebyshev");
@@ -99,7 +99,7 @@ PetscErrorCode raise_signal(KSP, PetscInt iteration, PetscReal, void* at) {
   return 0;
 }
 
-TEST(Ksp, a_solve_is_left_at_a_signal) {
+TEST(Ksp, ASolveIsLeftAtASignal) {
   catch_stop_signals(0);
   for (const auto& [type, norm] : {std::pair{"richardson", "preconditioned"},
                                    {"richardson", "none"},
@@ -137,7 +137,7 @@ TEST(Ksp, a_solve_is_left_at_a_signal) {
   defer_stop_signals();
 }
 
-TEST(Ksp, an_absolute_tolerance_is_judged_by_what_is_needed) {
+TEST(Ksp, AnAbsoluteToleranceIsJudgedByWhatIsNeeded) {
   const LinearNeed need{0.1, 0};
   const LinearNeed less_than_all{0.1, 2 * std::sqrt(Chain::size)};
   for (const char* type : {"cg", "gmres"}) {
@@ -154,7 +154,7 @@ TEST(Ksp, an_absolute_tolerance_is_judged_by_what_is_needed) {
   }
 }
 
-TEST(Ksp, a_relative_tolerance_that_is_none_is_refused) {
+TEST(Ksp, ARelativeToleranceThatIsNoneIsRefused) {
   const auto said = [](const std::string& rtol, double largest) -> std::string {
     SolverOptions options;
     options.set("chain_ksp_rtol", rtol);
@@ -191,7 +191,7 @@ std::string refusal(const std::string& prefix, const std::vector<std::pair<std::
   return "";
 }
 
-TEST(Ksp, refusals_name_what_was_given_and_what_is_wrong_with_it) {
+TEST(Ksp, RefusalsNameWhatWasGivenAndWhatIsWrongWithIt) {
   EXPECT_EQ(refusal("chain_", {{"chain_pc_type", "jacoby"}}),
             "-chain_pc_type jacoby: this PETSc has no such preconditioner, nearest: jacobi");
   const std::string missing =
@@ -214,7 +214,7 @@ TEST(Ksp, refusals_name_what_was_given_and_what_is_wrong_with_it) {
             0U);
 }
 
-TEST(Ksp, nothing_is_put_among_the_users_options) {
+TEST(Ksp, NothingIsPutAmongTheUsersOptions) {
   for (const char* type : {"icc", "ilu"}) {  // which are blocks of block Jacobi on several ranks
     Chain chain;
     SolverOptions options;
@@ -239,7 +239,7 @@ TEST(Ksp, nothing_is_put_among_the_users_options) {
   }
 }
 
-TEST(Ksp, a_matrix_offers_a_preconditioner_of_its_own) {
+TEST(Ksp, AMatrixOffersAPreconditionerOfItsOwn) {
   Chain chain;
   chain.solve({{"pc_type", "jacobi"}});
   int updates = 0;
@@ -264,7 +264,7 @@ TEST(Ksp, a_matrix_offers_a_preconditioner_of_its_own) {
             "-chain_pc_type halves: the matrix has nothing that it could use, expected another preconditioner");
 }
 
-TEST(Ksp, a_matrix_of_any_type_is_definite_for_good) {
+TEST(Ksp, AMatrixOfAnyTypeIsDefiniteForGood) {
   for (const char* type : {MATAIJ, MATBAIJ, MATSBAIJ, MATSELL}) {
     MatHandle matrix;
     PetscBool is_set = PETSC_FALSE;
@@ -287,14 +287,14 @@ TEST(Ksp, a_matrix_of_any_type_is_definite_for_good) {
   }
 }
 
-TEST(Ksp, a_type_of_matrix_is_no_option_of_petscs) {
+TEST(Ksp, ATypeOfMatrixIsNoOptionOfPetscs) {
   Chain chain;
   SolverOptions options;
   options.set("chain_mat_type", "sell");
   EXPECT_THROW(set_matrix_options(chain.matrix, "chain_"), Error);
 }
 
-TEST(Ksp, what_petsc_refuses_in_the_solve_is_the_options_fault) {
+TEST(Ksp, WhatPetscRefusesInTheSolveIsTheOptionsFault) {
   Chain chain;
   keep_petsc_messages();  // as the program does; PETSc's own handler ends every rank but the first
   try {

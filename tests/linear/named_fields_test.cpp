@@ -31,7 +31,7 @@ std::vector<std::pair<std::string, std::vector<PetscInt>>> fields_of(DM dm) {
   return fields;
 }
 
-TEST(NamedFields, rows_go_round_the_components_and_end_with_the_border) {
+TEST(NamedFields, RowsGoRoundTheComponentsAndEndWithTheBorder) {
   int rank = 0;
   MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
   const PetscInt border = rank == 0 ? 2 : 0;
@@ -49,7 +49,7 @@ TEST(NamedFields, rows_go_round_the_components_and_end_with_the_border) {
   EXPECT_EQ(fields[3].second, rank == 0 ? (std::vector<PetscInt>{6, 7}) : std::vector<PetscInt>{});
 }
 
-TEST(NamedFields, fieldsplit_takes_options_by_their_names) {
+TEST(NamedFields, FieldsplitTakesOptionsByTheirNames) {
   SolverOptions options;
   options.set("split_pc_type", "fieldsplit");
   options.set("split_fieldsplit_left_pc_type", "jacobi");

@@ -85,7 +85,7 @@ struct System {
   Eigen::MatrixXd dense;
 };
 
-TEST(LowRankSystem, conjugate_gradients_and_a_direct_solver_solve_it) {
+TEST(LowRankSystem, ConjugateGradientsAndADirectSolverSolveIt) {
   for (const bool is_direct : {false, true}) {
     SolverOptions options;
     if (is_direct) {
@@ -110,7 +110,7 @@ TEST(LowRankSystem, conjugate_gradients_and_a_direct_solver_solve_it) {
   }
 }
 
-TEST(LowRankSystem, columns_can_be_mixed) {
+TEST(LowRankSystem, ColumnsCanBeMixed) {
   System given({0.5, 2}, -1);
   LowRank low_rank(some_columns().middleRows(given.first, given.end - given.first).sparseView(),
                    Eigen::Vector2d(0.5, 2));
@@ -129,7 +129,7 @@ TEST(LowRankSystem, columns_can_be_mixed) {
   EXPECT_LT(given.difference(x, dense.partialPivLu().solve(some_values(size))), 1e-9);
 }
 
-TEST(LowRankSystem, a_matrix_with_a_negative_direction_is_concave) {
+TEST(LowRankSystem, AMatrixWithANegativeDirectionIsConcave) {
   System given({0.5, 2}, -2);
   VecHandle x;
   VecHandle b;
@@ -155,7 +155,7 @@ Eigen::MatrixXd dense_bordered(double beside, const std::vector<int>& border, co
   return matrix;
 }
 
-TEST(BorderedSystem, solves_and_multiplies_as_the_dense_matrix_does) {
+TEST(BorderedSystem, SolvesAndMultipliesAsTheDenseMatrixDoes) {
   const Eigen::Vector2d coefficients(0.5, 2);
   SolverOptions options;
   options.set("test_pc_type", "bjacobi");  // The diagonal alone, which is the same everywhere, would be no test.
@@ -179,7 +179,7 @@ TEST(BorderedSystem, solves_and_multiplies_as_the_dense_matrix_does) {
   }
 }
 
-TEST(BorderedSystem, is_solved_where_only_the_border_holds_the_matrix) {
+TEST(BorderedSystem, IsSolvedWhereOnlyTheBorderHoldsTheMatrix) {
   // The chain less a multiple of a column has a negative direction, which the border forbids.
   const Eigen::Vector2d coefficients(20, -0.02);
   System given(coefficients, -0.9);
@@ -198,7 +198,7 @@ TEST(BorderedSystem, is_solved_where_only_the_border_holds_the_matrix) {
   EXPECT_LT(given.difference(x, dense.partialPivLu().solve(values), 1), 1e-7);
 }
 
-TEST(BorderedSystem, is_solved_where_the_border_takes_everything) {
+TEST(BorderedSystem, IsSolvedWhereTheBorderTakesEverything) {
   System given({0.5, 2}, -1);
   const Eigen::VectorXd scales = Eigen::Vector2d(3, 0.2);
   BorderedSystem system(given.system, {0, 1}, scales);
@@ -213,7 +213,7 @@ TEST(BorderedSystem, is_solved_where_the_border_takes_everything) {
   EXPECT_LT(given.difference(x, expected, 2), 1e-13);
 }
 
-TEST(BorderedSystem, refuses_the_same_column_twice) {
+TEST(BorderedSystem, RefusesTheSameColumnTwice) {
   System given({0.5, 2}, -1);
   const Eigen::MatrixXd twice = some_columns().col(0).replicate(1, 2);
   given.system.update({twice.middleRows(given.first, given.end - given.first).sparseView(), Eigen::Vector2d(0.5, 2)});
@@ -225,7 +225,7 @@ TEST(BorderedSystem, refuses_the_same_column_twice) {
   EXPECT_FALSE(system.solve(b, x).converged);
 }
 
-TEST(BorderedSystem, a_direct_solver_eliminates_blocks) {
+TEST(BorderedSystem, ADirectSolverEliminatesBlocks) {
   SolverOptions options;
   options.set("test_ksp_type", "preonly");
   options.set("test_pc_type", "lu");
@@ -243,7 +243,7 @@ TEST(BorderedSystem, a_direct_solver_eliminates_blocks) {
 }
 
 // Where T' has a negative direction, too, which the row forbids: T less a multiple of the row's column.
-TEST(LoadBorder, solves_and_multiplies_as_the_dense_matrix_does) {
+TEST(LoadBorder, SolvesAndMultipliesAsTheDenseMatrixDoes) {
   const Eigen::VectorXd load = some_values(size).reverse();
   constexpr double scale = 3;
   for (const double of_first : {0.5, -0.02}) {
@@ -276,7 +276,7 @@ TEST(LoadBorder, solves_and_multiplies_as_the_dense_matrix_does) {
   }
 }
 
-TEST(LoadBorder, has_no_solution_where_the_loads_do_not_change) {
+TEST(LoadBorder, HasNoSolutionWhereTheLoadsDoNotChange) {
   System given({0.5, 20}, -0.9);
   LoadBorder border(given.system);
   border.update(Eigen::VectorXd::Zero(given.end - given.first), 3);
@@ -289,7 +289,7 @@ TEST(LoadBorder, has_no_solution_where_the_loads_do_not_change) {
   EXPECT_EQ(result.reason, "the loads do not change any more");
 }
 
-TEST(Backtracking, finds_the_longest_share_that_lowers_the_merit) {
+TEST(Backtracking, FindsTheLongestShareThatLowersTheMerit) {
   const auto parabola = [](double fraction) { return std::optional((fraction - 0.1) * (fraction - 0.1)); };
   EXPECT_EQ(backtrack(parabola, 0.01, 0.2, 0), 0.125);
   const auto fenced = [&](double fraction) { return fraction > 0.05 ? std::nullopt : parabola(fraction); };
@@ -349,7 +349,7 @@ struct Cubes {
   bool fails = false;
 };
 
-TEST(Newton, finds_the_root_and_counts) {
+TEST(Newton, FindsTheRootAndCounts) {
   Cubes cubes;
   NewtonProblem problem = cubes.problem();
   int searches = 0;
@@ -376,7 +376,7 @@ TEST(Newton, finds_the_root_and_counts) {
   EXPECT_NEAR(sum, expected, 1e-9);
 }
 
-TEST(Newton, asks_for_eisenstat_and_walkers_tolerances) {
+TEST(Newton, AsksForEisenstatAndWalkersTolerances) {
   Cubes cubes;
   std::vector<double> asked;
   NewtonProblem problem = cubes.problem();
@@ -395,7 +395,7 @@ TEST(Newton, asks_for_eisenstat_and_walkers_tolerances) {
   EXPECT_LT(asked.back(), 0.1) << "the nearer, the tighter";
 }
 
-TEST(Newton, says_why_it_ends) {
+TEST(Newton, SaysWhyItEnds) {
   Cubes cubes;
   cubes.fails = true;
   Newton newton(cubes.matrix, "cubes_", cubes.problem(), cubes.defaults());
@@ -411,7 +411,7 @@ TEST(Newton, says_why_it_ends) {
   EXPECT_EQ(stuck.solve(cubes.x).ended, SNES_DIVERGED_LINE_SEARCH);
 }
 
-TEST(Newton, leaves_off_at_a_signal) {
+TEST(Newton, LeavesOffAtASignal) {
   catch_stop_signals(0);
   for (const char* type : {SNESNEWTONLS, SNESNEWTONTR, SNESKSPONLY}) {
     SolverOptions options;
@@ -442,7 +442,7 @@ TEST(Newton, leaves_off_at_a_signal) {
   defer_stop_signals();
 }
 
-TEST(Newton, refuses_what_passes_the_tangent_by) {
+TEST(Newton, RefusesWhatPassesTheTangentBy) {
   for (const auto& [name, value] : {std::pair{"snes_type", "nrichardson"}, {"snes_fd", "true"}}) {
     SolverOptions options;
     options.set(std::string("cubes_") + name, value);

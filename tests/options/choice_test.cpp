@@ -14,7 +14,7 @@ const std::vector<std::string>& names_of(Shade) {
   return names;
 }
 
-TEST(Choice, has_a_value_and_its_name) {
+TEST(Choice, HasAValueAndItsName) {
   Choice<Shade> shade = Shade::grey;
   EXPECT_EQ(shade, Shade::grey);
   EXPECT_EQ(shade.name(), "half");
@@ -28,7 +28,7 @@ TEST(Choice, has_a_value_and_its_name) {
   EXPECT_THROW(shade = "grey", Error);
 }
 
-TEST(Choice, is_an_option_of_the_table) {
+TEST(Choice, IsAnOptionOfTheTable) {
   Choice<Shade> shade = Shade::grey;
   OptionTable table;
   Option& option = table.add("lamp.shade", shade);

@@ -17,7 +17,7 @@ std::string answer(Option& option, const std::string& text) {
   return "";
 }
 
-TEST(Option, bounds_are_inside_or_outside_of_the_range) {
+TEST(Option, BoundsAreInsideOrOutsideOfTheRange) {
   double fraction = 0.25;
   OptionTable table;
   Option& option = table.add("solver.rtol", fraction);
@@ -35,7 +35,7 @@ TEST(Option, bounds_are_inside_or_outside_of_the_range) {
   EXPECT_EQ(answer(open, "-0.99"), "");
 }
 
-TEST(Option, the_range_of_key_points_is_that_of_their_values) {
+TEST(Option, TheRangeOfKeyPointsIsThatOfTheirValues) {
   Rows rows;
   OptionTable table;
   Option& option = table.add("valve.opens", rows);

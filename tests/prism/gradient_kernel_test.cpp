@@ -37,7 +37,7 @@ Vector9d force(const GradientElement& element) {
   return result;
 }
 
-TEST(GradientKernel, forces_and_tangent_are_those_of_the_metric) {
+TEST(GradientKernel, ForcesAndTangentAreThoseOfTheMetric) {
   std::mt19937 random(3);
   std::normal_distribution<double> normal;
   int count = 0;
@@ -66,7 +66,7 @@ TEST(GradientKernel, forces_and_tangent_are_those_of_the_metric) {
 }
 
 // Eq. 4, 7, 9 and 11 word for word, in the axes of space and with full matrices.
-TEST(GradientKernel, st_venant_kirchhoff_is_the_papers) {
+TEST(GradientKernel, StVenantKirchhoffIsThePapers) {
   std::mt19937 random(4);
   std::normal_distribution<double> normal;
   const Material material = test_materials()[0].material;
@@ -107,7 +107,7 @@ TEST(GradientKernel, st_venant_kirchhoff_is_the_papers) {
   }
 }
 
-TEST(GradientKernel, without_work_where_the_element_turns) {
+TEST(GradientKernel, WithoutWorkWhereTheElementTurns) {
   std::mt19937 random(5);
   for (const auto& [material_name, material] : test_materials()) {
     TestElement element = random_element(random, 1.2, 0.9);
@@ -145,7 +145,7 @@ double density(const Material& material, double p, const Eigen::Matrix3d& green)
 }
 
 // Shear across the wall, C_i3 = g_i, adds g shear g/2 to the energy density.
-TEST(GradientKernel, transverse_shear_moduli_are_second_differences_of_the_energy) {
+TEST(GradientKernel, TransverseShearModuliAreSecondDifferencesOfTheEnergy) {
   std::mt19937 random(6);
   int count = 0;
   double worst = 0;

@@ -24,7 +24,7 @@ double difference(const Function& f, double x) {
   return (8 * (f(x + h) - f(x - h)) - (f(x + 2 * h) - f(x - 2 * h))) / (12 * h);
 }
 
-TEST(Material, derivatives_are_those_of_the_value) {
+TEST(Material, DerivativesAreThoseOfTheValue) {
   int count = 0;
   double worst = 0;
   for (const auto& [name, material] : test_materials()) {
@@ -86,7 +86,7 @@ std::array<double, 6> closed_power_sum(int alpha, double t, double d) {
 
 // Where both stretches are equal the power sums' derivatives are 0/0. Exponents whose sums have a closed form in (t, d)
 // show the digits that are left, on both sides of where the way of computing changes ((s1 - s2)/(s1 + s2) = 0.2).
-TEST(Material, ogden_keeps_its_digits_where_stretches_coincide) {
+TEST(Material, OgdenKeepsItsDigitsWhereStretchesCoincide) {
   int count = 0;
   double worst = 0;
   for (const int alpha : {1, 6, 8, -2, -4}) {
@@ -119,7 +119,7 @@ TEST(Material, ogden_keeps_its_digits_where_stretches_coincide) {
   print_once("Ogden: %d figures beside the equal stretches, worst relative difference %.1e\n", count, worst);
 }
 
-TEST(Material, ogden_with_exponents_two_and_minus_two_is_mooney_rivlin) {
+TEST(Material, OgdenWithExponentsTwoAndMinusTwoIsMooneyRivlin) {
   Material ogden, mooney;
   mooney.law = Material::law_named("mooney_rivlin");
   mooney.c1 = 1.8e5;

@@ -46,7 +46,7 @@ int for_all(const Work& work) {
   return count;
 }
 
-TEST(MetricEnergy, remainders_of_taylor_series_are_of_third_and_second_order) {
+TEST(MetricEnergy, RemaindersOfTaylorSeriesAreOfThirdAndSecondOrder) {
   std::mt19937 random(6);
   std::normal_distribution<double> normal;
   double lowest_energy_order = 9, lowest_force_order = 9;
@@ -76,7 +76,7 @@ TEST(MetricEnergy, remainders_of_taylor_series_are_of_third_and_second_order) {
              lowest_force_order);
 }
 
-TEST(MetricEnergy, forces_and_matrix_are_central_differences) {
+TEST(MetricEnergy, ForcesAndMatrixAreCentralDifferences) {
   double worst_force = 0, worst_matrix = 0;
   const int count = for_all([&](const std::string& name, const Material& material, ThicknessRule rule,
                                 const TestElement& element) {
@@ -105,7 +105,7 @@ TEST(MetricEnergy, forces_and_matrix_are_central_differences) {
              worst_matrix);
 }
 
-TEST(MetricEnergy, nothing_at_rest_and_the_same_when_turned) {
+TEST(MetricEnergy, NothingAtRestAndTheSameWhenTurned) {
   std::mt19937 random(7);
   for (const auto& [material_name, material] : test_materials()) {
     for (const auto& [rule_name, rule] : test_rules) {
@@ -153,7 +153,7 @@ double equibiaxial_stress(const Material& material, ThicknessRule rule, double s
   return energy.gradient.dot(element.metric()) / element.rest().volume;
 }
 
-TEST(MetricEnergy, equibiaxial_and_uniaxial_stresses_have_their_closed_forms) {
+TEST(MetricEnergy, EquibiaxialAndUniaxialStressesHaveTheirClosedForms) {
   int count = 0;
   const std::vector<NamedMaterial> materials = test_materials();
   const Material &neo_hookean = materials[1].material, &mooney = materials[2].material, &ogden = materials[3].material;
@@ -185,7 +185,7 @@ TEST(MetricEnergy, equibiaxial_and_uniaxial_stresses_have_their_closed_forms) {
 }
 
 // p R/h = 2 sigma / l^3; validation of the values where the pressure of a sphere is highest.
-TEST(MetricEnergy, pressure_of_a_sphere_at_its_limit_points) {
+TEST(MetricEnergy, PressureOfASphereAtItsLimitPoints) {
   const std::vector<NamedMaterial> materials = test_materials();
   const auto pressure = [](const Material& material, double l) {
     return 2 * equibiaxial_stress(material, ThicknessRule::incompressible, l) / (l * l * l);
@@ -200,7 +200,7 @@ TEST(MetricEnergy, pressure_of_a_sphere_at_its_limit_points) {
   EXPECT_NEAR(pressure(materials[3].material, 4.3203), 2.3555e5, 10);
 }
 
-TEST(MetricEnergy, st_venant_kirchhoff_in_plane_stress_is_linear_in_strain) {
+TEST(MetricEnergy, StVenantKirchhoffInPlaneStressIsLinearInStrain) {
   const Material material = test_materials()[0].material;
   const double young = material.mu * (3 * material.lambda + 2 * material.mu) / (material.lambda + material.mu);
   const double poisson = material.lambda / (2 * (material.lambda + material.mu));
@@ -210,7 +210,7 @@ TEST(MetricEnergy, st_venant_kirchhoff_in_plane_stress_is_linear_in_strain) {
   }
 }
 
-TEST(MetricEnergy, plane_stress_leaves_none_across_the_wall_and_needs_no_good_start) {
+TEST(MetricEnergy, PlaneStressLeavesNoneAcrossTheWallAndNeedsNoGoodStart) {
   std::mt19937 random(10);
   for (const auto& [name, material] : test_materials()) {
     for (const Eigen::Vector2d& stretch : {Eigen::Vector2d(1.2, 1.3), Eigen::Vector2d(0.8, 1.1)}) {
@@ -228,7 +228,7 @@ TEST(MetricEnergy, plane_stress_leaves_none_across_the_wall_and_needs_no_good_st
   }
 }
 
-TEST(MetricEnergy, plane_stress_tends_to_incompressible) {
+TEST(MetricEnergy, PlaneStressTendsToIncompressible) {
   std::mt19937 random(11);
   const TestElement element = random_element(random, 1.4, 1.1);
   for (const std::size_t law : {1, 2, 3}) {  // St. Venant-Kirchhoff has no such limit
@@ -245,7 +245,7 @@ TEST(MetricEnergy, plane_stress_tends_to_incompressible) {
   }
 }
 
-TEST(MetricEnergy, collapse_is_infinite) {
+TEST(MetricEnergy, CollapseIsInfinite) {
   TestElement element;
   element.rest12 = {0.01, 0, 0};
   element.rest13 = {0, 0.01, 0};
@@ -271,7 +271,7 @@ Eigen::Vector2d range_of_eigenvalues(const Matrix9d& k) {
   return {values[0], values[8]};
 }
 
-TEST(PositivePart, of_any_element_is_symmetric_and_has_no_negative_eigenvalue) {
+TEST(PositivePart, OfAnyElementIsSymmetricAndHasNoNegativeEigenvalue) {
   std::mt19937 random(12);
   int count = 0, indefinite = 0, by_gradient = 0, by_hessian = 0;
   for (const auto& [material_name, material] : test_materials()) {

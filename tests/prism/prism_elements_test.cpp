@@ -27,14 +27,14 @@ void expect_force_of_the_energy(const Balloon& balloon) {
   }
 }
 
-TEST_P(PrismElementsOf, force_is_minus_the_gradient_of_the_energy) {
+TEST_P(PrismElementsOf, ForceIsMinusTheGradientOfTheEnergy) {
   Balloon balloon(PETSC_COMM_WORLD, 2, wall_options(GetParam(), 6e5));
   balloon.deform({1.3, 1.1, 0.9}, 0.02);
   expect_force_of_the_energy(balloon);
 }
 
 // Where elements have burnt, too, and wherever the vertices of those that are gone are.
-TEST_P(PrismElementsOf, burnt_elements_have_the_force_of_their_energy) {
+TEST_P(PrismElementsOf, BurntElementsHaveTheForceOfTheirEnergy) {
   Balloon balloon(PETSC_COMM_WORLD, 2, wall_options(GetParam(), 6e5));
   balloon.deform({1.3, 1.1, 0.9}, 0.02);
   const double whole = balloon.energy(balloon.x);
@@ -46,7 +46,7 @@ TEST_P(PrismElementsOf, burnt_elements_have_the_force_of_their_energy) {
 }
 
 // Half the stiffness is half the energy; without any an element may collapse.
-TEST_P(PrismElementsOf, stiffness_is_a_factor_on_the_energy) {
+TEST_P(PrismElementsOf, StiffnessIsAFactorOnTheEnergy) {
   Balloon balloon(PETSC_COMM_WORLD, 1, wall_options(GetParam(), 6e5));
   balloon.deform({1.3, 1.1, 0.9}, 0.02);
   const double whole = balloon.energy(balloon.x);
@@ -60,7 +60,7 @@ TEST_P(PrismElementsOf, stiffness_is_a_factor_on_the_energy) {
   EXPECT_EQ(balloon.elements.inverted(balloon.x, balloon.x), 0);
 }
 
-TEST_P(PrismElementsOf, rigid_motion_costs_nothing) {
+TEST_P(PrismElementsOf, RigidMotionCostsNothing) {
   Balloon balloon(PETSC_COMM_WORLD, 2, wall_options(GetParam()));
   const Eigen::Matrix3d turn = Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, -2, 0.5).normalized()).toRotationMatrix();
   balloon.x.values() = (turn * balloon.membrane.rest).colwise() + Eigen::Vector3d(3, -1, 2);
@@ -69,7 +69,7 @@ TEST_P(PrismElementsOf, rigid_motion_costs_nothing) {
   EXPECT_LE(largest(balloon.force(balloon.x)), 1e-10 * scale);
 }
 
-TEST_P(PrismElementsOf, collapsed_elements_cost_infinitely_much) {
+TEST_P(PrismElementsOf, CollapsedElementsCostInfinitelyMuch) {
   Balloon balloon(PETSC_COMM_WORLD, 1, wall_options(GetParam()));
   EXPECT_TRUE(std::isfinite(balloon.energy(balloon.x)));
   for (PetscInt i = 0; i < balloon.membrane.particles.local(); ++i) {
@@ -80,7 +80,7 @@ TEST_P(PrismElementsOf, collapsed_elements_cost_infinitely_much) {
   EXPECT_EQ(balloon.energy(balloon.x), std::numeric_limits<double>::infinity());
 }
 
-TEST_P(PrismElementsOf, every_number_of_ranks_gives_the_same) {
+TEST_P(PrismElementsOf, EveryNumberOfRanksGivesTheSame) {
   Balloon balloon(PETSC_COMM_WORLD, 2, wall_options(GetParam(), 6e5));
   Balloon whole(PETSC_COMM_SELF, 2, wall_options(GetParam(), 6e5));
   balloon.deform({1.3, 1.1, 0.9}, 0.02);
@@ -93,7 +93,7 @@ TEST_P(PrismElementsOf, every_number_of_ranks_gives_the_same) {
               whole.elements.volume(whole.x, whole.thickness_ratio), 1e-12 * 4 * M_PI * 0.01 * 0.3e-3);
 }
 
-TEST(PrismElements, incompressible_elements_keep_their_volume) {
+TEST(PrismElements, IncompressibleElementsKeepTheirVolume) {
   Balloon balloon(PETSC_COMM_WORLD, 2, wall_options("incompressible"));
   const double volume = balloon.summed(balloon.elements.volume(balloon.x, balloon.thickness_ratio));
   const double area = volume / 0.3e-3;
@@ -106,7 +106,7 @@ TEST(PrismElements, incompressible_elements_keep_their_volume) {
   EXPECT_NEAR(balloon.summed(balloon.elements.volume(balloon.x, balloon.thickness_ratio)), volume, 1e-12 * volume);
 }
 
-TEST(PrismElements, fixed_thickness_is_left_alone) {
+TEST(PrismElements, FixedThicknessIsLeftAlone) {
   Balloon balloon(PETSC_COMM_WORLD, 1, wall_options("fixed"));
   balloon.thickness_ratio.assign(balloon.thickness_ratio.size(), 0.25);
   balloon.elements.update_thickness(balloon.x, balloon.thickness_ratio);
@@ -115,7 +115,7 @@ TEST(PrismElements, fixed_thickness_is_left_alone) {
   }
 }
 
-TEST(PrismElements, inverted_elements_are_counted_once) {
+TEST(PrismElements, InvertedElementsAreCountedOnce) {
   Balloon balloon(PETSC_COMM_WORLD, 1, wall_options("incompressible"));
   Field to(balloon.membrane.particles, 3);
   const auto inverted = [&] {

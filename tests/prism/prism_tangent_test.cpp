@@ -139,7 +139,7 @@ class TangentOf : public ::testing::TestWithParam<std::string> {};
 INSTANTIATE_TEST_SUITE_P(all, TangentOf, ::testing::Values("fixed", "incompressible", "plane_stress"),
                          [](const auto& info) { return info.param; });
 
-TEST_P(TangentOf, is_minus_the_derivative_of_the_force) {
+TEST_P(TangentOf, IsMinusTheDerivativeOfTheForce) {
   Dented balloon(PETSC_COMM_WORLD, GetParam(), 6e5);
   const Field w = balloon.random_field(1, 2);
   for (const bool burns : {false, true}) {
@@ -155,7 +155,7 @@ TEST_P(TangentOf, is_minus_the_derivative_of_the_force) {
 }
 
 // f(x + h w) = f(x) - h K w + O(h^2): halving h divides the remainder by 4.
-TEST_P(TangentOf, leaves_a_remainder_of_second_order) {
+TEST_P(TangentOf, LeavesARemainderOfSecondOrder) {
   Dented balloon(PETSC_COMM_WORLD, GetParam(), 6e5);
   const Field w = balloon.random_field(1, 3);
   const Eigen::Matrix3Xd product = BalloonTangent(balloon, {"baij", "exact"}).times(w);
@@ -190,7 +190,7 @@ void fill(BalloonTangent& tangent, const Balloon& balloon) {
   tangent.damp(0.3, balloon.moved(balloon.random_field(0.1, 7), 0.01));
 }
 
-TEST(WallTangent, all_ways_agree) {
+TEST(WallTangent, AllWaysAgree) {
   for (const bool positive : {false, true}) {
     Dented balloon(PETSC_COMM_WORLD);
     const Field w = balloon.random_field(1, 4);
@@ -209,7 +209,7 @@ TEST(WallTangent, all_ways_agree) {
   }
 }
 
-TEST(WallTangent, without_the_directors_derivative_matrix_and_product_agree) {
+TEST(WallTangent, WithoutTheDirectorsDerivativeMatrixAndProductAgree) {
   Dented balloon(PETSC_COMM_WORLD);
   const Field w = balloon.random_field(1, 4);
   const Eigen::Matrix3Xd expected = BalloonTangent(balloon, {"shell", "paper"}).times(w);
@@ -217,7 +217,7 @@ TEST(WallTangent, without_the_directors_derivative_matrix_and_product_agree) {
   EXPECT_GE(largest(BalloonTangent(balloon, {"shell", "gradient"}).times(w) - expected), 1e-3 * largest(expected));
 }
 
-TEST(WallTangent, is_symmetric) {
+TEST(WallTangent, IsSymmetric) {
   Dented balloon(PETSC_COMM_WORLD);
   const Field u = balloon.random_field(1, 4);
   const Field w = balloon.random_field(1, 5);
@@ -233,7 +233,7 @@ TEST(WallTangent, is_symmetric) {
   }
 }
 
-TEST(WallTangent, rigid_motion_meets_no_stiffness_at_rest) {
+TEST(WallTangent, RigidMotionMeetsNoStiffnessAtRest) {
   Balloon balloon(PETSC_COMM_WORLD, 2, wall_options("incompressible"));
   Field shift(balloon.membrane.particles, 3);
   shift.values().colwise() = Eigen::Vector3d(0.3, -0.5, 0.2);
@@ -249,7 +249,7 @@ TEST(WallTangent, rigid_motion_meets_no_stiffness_at_rest) {
 }
 
 // P K P w where the vertices may move, s w with one s where they are constrained.
-TEST(WallTangent, moves_nothing_in_directions_that_are_held) {
+TEST(WallTangent, MovesNothingInDirectionsThatAreHeld) {
   Dented balloon(PETSC_COMM_WORLD);
   const PetscInt owned = balloon.membrane.particles.owned;
   const Field w = balloon.random_field(1, 4);
@@ -288,7 +288,7 @@ TEST(WallTangent, moves_nothing_in_directions_that_are_held) {
   EXPECT_LE(largest(product_across - s * expected_across), 1e-12 * largest(product));
 }
 
-TEST(WallTangent, load_stiffness_is_minus_the_derivative_of_the_pressure_force) {
+TEST(WallTangent, LoadStiffnessIsMinusTheDerivativeOfThePressureForce) {
   Dented balloon(PETSC_COMM_WORLD);
   const PetscInt owned = balloon.membrane.particles.owned;
   const double pressure = 2500;
@@ -315,7 +315,7 @@ TEST(WallTangent, load_stiffness_is_minus_the_derivative_of_the_pressure_force) 
   }
 }
 
-TEST(WallTangent, lagged_stiffness_stays_where_it_was_taken) {
+TEST(WallTangent, LaggedStiffnessStaysWhereItWasTaken) {
   Dented balloon(PETSC_COMM_WORLD);
   const Field w = balloon.random_field(1, 4);
   const Eigen::Matrix3Xd before = BalloonTangent(balloon, {"shell", "exact"}, true).times(w);
@@ -334,7 +334,7 @@ TEST(WallTangent, lagged_stiffness_stays_where_it_was_taken) {
   EXPECT_NEAR(value, 0.125 * before.cwiseProduct(balloon.by_id(w.values().leftCols(owned))).sum(), 1e-12 * value);
 }
 
-TEST(WallTangent, values_are_those_of_the_last_update) {
+TEST(WallTangent, ValuesAreThoseOfTheLastUpdate) {
   Dented balloon(PETSC_COMM_WORLD);
   const Field w = balloon.random_field(1, 4);
   for (const Way& displacement : ways()) {
@@ -363,7 +363,7 @@ double lowest_eigenvalue(Mat matrix) {
 }
 
 // On every rank for itself: the matrix is small and dense.
-TEST(WallTangent, positive_elements_have_no_negative_eigenvalue) {
+TEST(WallTangent, PositiveElementsHaveNoNegativeEigenvalue) {
   Balloon balloon(PETSC_COMM_SELF, 1, wall_options("incompressible"));
   balloon.deform({0.8, 0.7, 1.1}, 0.02);
   EXPECT_LT(lowest_eigenvalue(BalloonTangent(balloon, {"baij", "exact"}, false).matrix()), -0.1 * stiffness_scale);
@@ -371,7 +371,7 @@ TEST(WallTangent, positive_elements_have_no_negative_eigenvalue) {
 }
 
 // Compressed, under a load that would blow it up, and free to move as a whole.
-TEST(WallTangent, a_positive_one_is_positive_definite_whatever_the_state) {
+TEST(WallTangent, APositiveOneIsPositiveDefiniteWhateverTheState) {
   Balloon balloon(PETSC_COMM_SELF, 1, wall_options("incompressible"));
   balloon.deform({0.8, 0.7, 1.1}, 0.02);
   for (const Way& displacement : ways()) {
@@ -392,7 +392,7 @@ TEST(WallTangent, a_positive_one_is_positive_definite_whatever_the_state) {
 }
 
 // K_s = (1 - s) K + s K+, with K+ that of positive elements without the pressure's stiffness.
-TEST(WallTangent, an_exact_one_goes_over_to_the_positive_one_in_proportion) {
+TEST(WallTangent, AnExactOneGoesOverToThePositiveOneInProportion) {
   Balloon balloon(PETSC_COMM_SELF, 1, wall_options("incompressible"));
   balloon.deform({0.8, 0.7, 1.1}, 0.02);
   const Field direction = balloon.random_field(1, 4);
@@ -413,7 +413,7 @@ TEST(WallTangent, an_exact_one_goes_over_to_the_positive_one_in_proportion) {
   }
 }
 
-TEST(WallTangent, every_number_of_ranks_gives_the_same) {
+TEST(WallTangent, EveryNumberOfRanksGivesTheSame) {
   Dented balloon(PETSC_COMM_WORLD);
   Dented whole(PETSC_COMM_SELF);
   BalloonTangent serial(whole, {"baij", "exact"}, true);
@@ -427,7 +427,7 @@ TEST(WallTangent, every_number_of_ranks_gives_the_same) {
   }
 }
 
-TEST(WallTangent, systems_are_solved_with_the_blocks_of_the_diagonal) {
+TEST(WallTangent, SystemsAreSolvedWithTheBlocksOfTheDiagonal) {
   Dented balloon(PETSC_COMM_WORLD);
   const PetscInt owned = balloon.membrane.particles.owned;
   std::vector<int> iterations;

@@ -10,14 +10,14 @@ Material mooney_rivlin() { return {Material::law_named("mooney_rivlin"), 0, 0, 2
 Material ogden() { return {Material::law_named("ogden"), 0, 0, 0, 0, {6.3e5, 1.2e3, -1e4}, {1.3, 5, -2}}; }
 Material st_venant_kirchhoff() { return {Material::law_named("st_venant_kirchhoff"), 4e5, 6e5, 0, 0, {}, {}}; }
 
-TEST(SphereFormulas, neo_hookean_limit_point) {
+TEST(SphereFormulas, NeoHookeanLimitPoint) {
   const double stretch = extremal_stretch(neo_hookean(), 1.05, 3);
   EXPECT_NEAR(stretch, std::pow(7, 1.0 / 6), 1e-6);
   EXPECT_NEAR(stretch, 1.38309, 1e-5);
   EXPECT_NEAR(sphere_pressure(neo_hookean(), 1, stretch) / 4e5, 1.23946, 1e-5);
 }
 
-TEST(SphereFormulas, mooney_rivlin_limit_points) {
+TEST(SphereFormulas, MooneyRivlinLimitPoints) {
   const double highest = extremal_stretch(mooney_rivlin(), 1.05, 2);
   EXPECT_NEAR(highest, 1.4761, 1e-4);
   EXPECT_NEAR(sphere_pressure(mooney_rivlin(), 1, highest) / 2e5, 2.98124, 1e-5);
@@ -26,7 +26,7 @@ TEST(SphereFormulas, mooney_rivlin_limit_points) {
   EXPECT_NEAR(sphere_pressure(mooney_rivlin(), 1, lowest) / 2e5, 2.52724, 1e-5);
 }
 
-TEST(SphereFormulas, ogden_limit_points) {
+TEST(SphereFormulas, OgdenLimitPoints) {
   const double highest = extremal_stretch(ogden(), 1.05, 2);
   EXPECT_NEAR(highest, 1.3741, 1e-4);
   EXPECT_NEAR(sphere_pressure(ogden(), 1, highest), 5.4941e5, 10);
@@ -36,7 +36,7 @@ TEST(SphereFormulas, ogden_limit_points) {
 }
 
 // The work p dV of the gas is what the wall takes up: p = (h/R) psi'(stretch) / stretch^2.
-TEST(SphereFormulas, energy_densities_give_the_pressure) {
+TEST(SphereFormulas, EnergyDensitiesGiveThePressure) {
   for (const Material& material : {neo_hookean(), mooney_rivlin(), ogden()}) {
     for (const double s : {1.1, 1.5, 2.0, 3.0}) {
       const EnergyDensity energy = energy_density(material, 2 * s * s, std::pow(s, 4), std::pow(s, -4));
@@ -48,7 +48,7 @@ TEST(SphereFormulas, energy_densities_give_the_pressure) {
   }
 }
 
-TEST(SphereFormulas, st_venant_kirchhoff_in_plane_stress) {
+TEST(SphereFormulas, StVenantKirchhoffInPlaneStress) {
   const Material material = st_venant_kirchhoff();
   for (const double s : {1.02, 1.1, 1.2}) {
     const double t = 2 * s * s;

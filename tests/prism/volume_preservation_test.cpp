@@ -86,7 +86,7 @@ struct Balloon {
 
 SurfaceMesh small_ball() { return icosphere_mesh(2, 0.05); }
 
-TEST(VolumePreservation, gradient_is_that_of_the_volume) {
+TEST(VolumePreservation, GradientIsThatOfTheVolume) {
   Eigen::Matrix<double, 3, 4> x;
   x << 0.1, 0.9, 0.2, 0.5,  //
       0.2, 0.1, 0.8, 0.4,   //
@@ -106,7 +106,7 @@ TEST(VolumePreservation, gradient_is_that_of_the_volume) {
   EXPECT_LT(gradient.rowwise().sum().norm(), 1e-15) << "moving all alike changes nothing";
 }
 
-TEST(VolumePreservation, virtual_vertex_stands_at_the_thickness_over_the_middle) {
+TEST(VolumePreservation, VirtualVertexStandsAtTheThicknessOverTheMiddle) {
   const Eigen::Vector3d e12(0.3, 0.1, 0.2);
   const Eigen::Vector3d e13(-0.1, 0.4, 0.1);
   const Eigen::Vector3d e14 = edge_to_virtual_vertex(e12, e13, 0.02);
@@ -117,7 +117,7 @@ TEST(VolumePreservation, virtual_vertex_stands_at_the_thickness_over_the_middle)
   EXPECT_NEAR(prism_volume(e12, e13, e14).value, 0.02 * e12.cross(e13).norm() / 2, 1e-16);
 }
 
-TEST(VolumePreservation, default_rule_converges_quadratically) {
+TEST(VolumePreservation, DefaultRuleConvergesQuadratically) {
   Balloon balloon(small_ball());
   VolumeOptions once;
   once.max_iterations = 1;
@@ -137,7 +137,7 @@ TEST(VolumePreservation, default_rule_converges_quadratically) {
   EXPECT_LT(errors[3], 1e-13);
 }
 
-TEST(VolumePreservation, works_to_the_tolerance) {
+TEST(VolumePreservation, WorksToTheTolerance) {
   for (const char* rule : {"mass", "muller06"}) {
     Balloon balloon(small_ball());
     VolumeOptions options;
@@ -152,7 +152,7 @@ TEST(VolumePreservation, works_to_the_tolerance) {
   }
 }
 
-TEST(VolumePreservation, corrections_that_run_out_are_no_failure) {
+TEST(VolumePreservation, CorrectionsThatRunOutAreNoFailure) {
   Balloon balloon(small_ball());
   VolumeOptions options;
   options.rule = "muller06";
@@ -163,7 +163,7 @@ TEST(VolumePreservation, corrections_that_run_out_are_no_failure) {
   EXPECT_GT(result.error, options.tolerance);
 }
 
-TEST(VolumePreservation, rule_as_printed_diverges_and_leaves_all_as_it_was) {
+TEST(VolumePreservation, RuleAsPrintedDivergesAndLeavesAllAsItWas) {
   Balloon balloon(small_ball());
   const Balloon untouched(small_ball());
   VolumeOptions options;
@@ -175,7 +175,7 @@ TEST(VolumePreservation, rule_as_printed_diverges_and_leaves_all_as_it_was) {
   EXPECT_EQ(balloon.thickness_ratio, untouched.thickness_ratio);
 }
 
-TEST(VolumePreservation, centre_of_mass_of_a_closed_membrane_stays) {
+TEST(VolumePreservation, CentreOfMassOfAClosedMembraneStays) {
   Balloon balloon(small_ball());
   const Eigen::Vector3d before = balloon.first_moment();
   const Eigen::MatrixXd start = balloon.positions.values();
@@ -191,7 +191,7 @@ TEST(VolumePreservation, centre_of_mass_of_a_closed_membrane_stays) {
   EXPECT_LT(drift.norm(), 1e-15);
 }
 
-TEST(VolumePreservation, held_vertices_stay) {
+TEST(VolumePreservation, HeldVerticesStay) {
   Balloon balloon(small_ball());
   for (PetscInt i = 0; i < balloon.membrane.particles.local(); ++i) {
     const double height = balloon.membrane.rest(2, i);
@@ -218,7 +218,7 @@ TEST(VolumePreservation, held_vertices_stay) {
   }
 }
 
-TEST(VolumePreservation, each_piece_keeps_its_own_volume) {
+TEST(VolumePreservation, EachPieceKeepsItsOwnVolume) {
   Balloon balloon(joined(small_ball(), icosphere_mesh(2, 0.04), {0.3, 0, 0}));
   ASSERT_EQ(balloon.membrane.pieces(), 2);
   // The second is as it was at first.
@@ -241,7 +241,7 @@ TEST(VolumePreservation, each_piece_keeps_its_own_volume) {
   }
 }
 
-TEST(VolumePreservation, thickness_stays_positive) {
+TEST(VolumePreservation, ThicknessStaysPositive) {
   Balloon balloon(small_ball());
   for (std::size_t e = 0; e < balloon.thickness_ratio.size(); ++e) {
     balloon.thickness_ratio[e] = balloon.membrane.element_id[e] % 7 == 0 ? 1e-3 : 1;
@@ -254,7 +254,7 @@ TEST(VolumePreservation, thickness_stays_positive) {
   }
 }
 
-TEST(VolumePreservation, ranks_agree) {
+TEST(VolumePreservation, RanksAgree) {
   const SurfaceMesh mesh = joined(small_ball(), icosphere_mesh(2, 0.04), {0.3, 0, 0});
   Balloon spread(mesh);
   Balloon whole(mesh, PETSC_COMM_SELF);
@@ -313,7 +313,7 @@ class VolumeReference : public ::testing::Test {
   std::vector<double> thickness_ratio;
 };
 
-TEST_F(VolumeReference, volume_and_gradients) {
+TEST_F(VolumeReference, VolumeAndGradients) {
   double sum = 0;
   Eigen::Matrix3Xd gradient = Eigen::Matrix3Xd::Zero(3, membrane.particles.owned);
   for (std::size_t e = 0; e < membrane.triangles.size(); ++e) {
@@ -341,7 +341,7 @@ TEST_F(VolumeReference, volume_and_gradients) {
   }
 }
 
-TEST_F(VolumeReference, one_correction_of_two_rules) {
+TEST_F(VolumeReference, OneCorrectionOfTwoRules) {
   const Eigen::MatrixXd start = positions.values();
   for (const char* rule : {"mass", "muller06"}) {
     positions.values() = start;

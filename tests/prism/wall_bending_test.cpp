@@ -115,7 +115,7 @@ void deform(BentWall& wall) {
       2e-3);
 }
 
-TEST(WallBending, an_undeformed_wall_of_any_shape_is_at_rest) {
+TEST(WallBending, AnUndeformedWallOfAnyShapeIsAtRest) {
   for (const Shape& shape : shapes()) {
     BentWall wall(PETSC_COMM_WORLD, shape.mesh, {}, shape.is_clamped);
     EXPECT_LT(wall.energy(wall.x), 1e-24 * rigidity) << shape.name;
@@ -123,7 +123,7 @@ TEST(WallBending, an_undeformed_wall_of_any_shape_is_at_rest) {
   }
 }
 
-TEST(WallBending, rigid_motion_costs_nothing) {
+TEST(WallBending, RigidMotionCostsNothing) {
   const Eigen::AngleAxisd turn(2, Eigen::Vector3d(1, -2, 0.5).normalized());
   for (const Shape& shape : {shapes()[0], shapes()[1]}) {
     BentWall wall(PETSC_COMM_WORLD, shape.mesh);
@@ -144,7 +144,7 @@ TEST(WallBending, rigid_motion_costs_nothing) {
   }
 }
 
-TEST(WallBending, the_gradient_is_the_derivative_of_the_energy) {
+TEST(WallBending, TheGradientIsTheDerivativeOfTheEnergy) {
   for (const Shape& shape : shapes()) {
     BentWall wall(PETSC_COMM_WORLD, shape.mesh, {}, shape.is_clamped);
     deform(wall);
@@ -164,7 +164,7 @@ TEST(WallBending, the_gradient_is_the_derivative_of_the_energy) {
   }
 }
 
-TEST(WallBending, the_hessian_is_the_derivative_of_the_gradient) {
+TEST(WallBending, TheHessianIsTheDerivativeOfTheGradient) {
   for (const Shape& shape : shapes()) {
     BentWall wall(PETSC_COMM_WORLD, shape.mesh, {}, shape.is_clamped);
     deform(wall);
@@ -178,7 +178,7 @@ TEST(WallBending, the_hessian_is_the_derivative_of_the_gradient) {
   }
 }
 
-TEST(WallBending, all_matrices_agree) {
+TEST(WallBending, AllMatricesAgree) {
   BentWall wall(PETSC_COMM_WORLD, torus());
   deform(wall);
   const Field along = wall.random_field(1, 4);
@@ -190,7 +190,7 @@ TEST(WallBending, all_matrices_agree) {
   }
 }
 
-TEST(WallBending, the_positive_part_has_no_negative_eigenvalue_and_is_exact_at_rest) {
+TEST(WallBending, ThePositivePartHasNoNegativeEigenvalueAndIsExactAtRest) {
   for (const Shape& shape : shapes()) {
     BentWall wall(PETSC_COMM_SELF, shape.mesh, {}, shape.is_clamped);
     const Eigen::MatrixXd at_rest = wall.hessian(Curvature::exact);
@@ -211,7 +211,7 @@ TEST(WallBending, the_positive_part_has_no_negative_eigenvalue_and_is_exact_at_r
   }
 }
 
-TEST(WallBending, any_number_of_ranks_gives_the_same) {
+TEST(WallBending, AnyNumberOfRanksGivesTheSame) {
   std::vector<Shape> all = shapes();
   all.push_back({"four triangles, which leave ranks empty", square_mesh({1, 1}, {0.1, 0.1}), true});
   for (const Shape& shape : all) {
@@ -268,7 +268,7 @@ double energy_of_plate(double rigidity_of_it, double poisson, const PlateCurvatu
          ((1 - poisson) * (k[0] * k[0] + 2 * k[1] * k[1] + k[2] * k[2]) + poisson * std::pow(k[0] + k[2], 2));
 }
 
-TEST(WallBending, even_curvature_has_the_energy_of_a_plate_on_any_mesh) {
+TEST(WallBending, EvenCurvatureHasTheEnergyOfAPlateOnAnyMesh) {
   for (const PlateCurvature& k : {PlateCurvature(1, 0, 0), PlateCurvature(0.3, 0.8, -1), PlateCurvature(1, 0, 1)}) {
     for (const SurfaceMesh& mesh : {disc_mesh(5, 0.1), shaken_disc(5, 0.1, 0.3), square_mesh({6, 4}, {0.1, 0.1})}) {
       const double energy = energy_of_plate(rigidity, 0.5, k);
@@ -277,7 +277,7 @@ TEST(WallBending, even_curvature_has_the_energy_of_a_plate_on_any_mesh) {
   }
 }
 
-TEST(WallBending, moduli_are_those_of_small_strain) {
+TEST(WallBending, ModuliAreThoseOfSmallStrain) {
   const PlateCurvature k(0.3, 0.8, -0.6);
   for (const auto& [law, poisson] : {std::pair("st_venant_kirchhoff", 0.3), std::pair("neo_hookean", 0.1)}) {
     WallOptions options;
@@ -294,13 +294,13 @@ TEST(WallBending, moduli_are_those_of_small_strain) {
   }
 }
 
-TEST(WallBending, a_stretched_wall_is_a_plate_of_its_present_lengths_and_thickness) {
+TEST(WallBending, AStretchedWallIsAPlateOfItsPresentLengthsAndThickness) {
   const PlateCurvature k(0.3, 0.8, -0.6);
   const double energy = energy_of_plate(rigidity / std::pow(2 * 1.3, 3), 0.5, k);
   EXPECT_NEAR((Plate{shaken_disc(5, 0.1, 0.2), {}, {2, 1.3}, k}.energy()), energy, 1e-6 * energy);
 }
 
-TEST(WallBending, a_wall_that_has_shrunk_is_at_rest_as_a_smaller_one) {
+TEST(WallBending, AWallThatHasShrunkIsAtRestAsASmallerOne) {
   BentWall wall(PETSC_COMM_WORLD, torus());
   const std::size_t elements = wall.membrane.triangles.size();
   wall.elements.set_burnt(std::vector<double>(elements, 0.5), std::vector<double>(elements, 0.8));
@@ -310,7 +310,7 @@ TEST(WallBending, a_wall_that_has_shrunk_is_at_rest_as_a_smaller_one) {
   EXPECT_LT(largest(wall.gradient(wall.x)), 1e-10 * rigidity / 0.1);
 }
 
-TEST(WallBending, sides_of_lost_elements_are_free) {
+TEST(WallBending, SidesOfLostElementsAreFree) {
   BentWall wall(PETSC_COMM_WORLD, shaken_disc(6, 0.1, 0.2));
   std::vector<double> stiffness;
   double area = 0;

@@ -52,7 +52,7 @@ std::string fault(const std::function<void(WallOptions&)>& change) {
   return "";
 }
 
-TEST(Wall, rule_of_thickness) {
+TEST(Wall, RuleOfThickness) {
   const Membrane membrane = ball();
   using Case = std::tuple<const char*, ThicknessRule, bool>;
   for (const auto& [name, rule, preserve] :
@@ -66,7 +66,7 @@ TEST(Wall, rule_of_thickness) {
   }
 }
 
-TEST(Wall, masses_of_the_vertices_are_a_third_of_their_elements) {
+TEST(Wall, MassesOfTheVerticesAreAThirdOfTheirElements) {
   const Membrane membrane = ball();
   WallOptions options;
   options.thickness = 0.2e-3;
@@ -97,7 +97,7 @@ TEST(Wall, masses_of_the_vertices_are_a_third_of_their_elements) {
   EXPECT_NEAR(sums[1], 4 * M_PI * radius * radius, 0.06 * sums[1]) << "nearly a sphere's";
 }
 
-TEST(Wall, thickness_from_a_texture) {
+TEST(Wall, ThicknessFromATexture) {
   const Membrane membrane = ball();
   std::vector<double> texture;
   for (const PetscInt id : membrane.element_id) {
@@ -113,7 +113,7 @@ TEST(Wall, thickness_from_a_texture) {
   }
 }
 
-TEST(Wall, thickness_from_a_field_of_the_mesh) {
+TEST(Wall, ThicknessFromAFieldOfTheMesh) {
   const Membrane membrane = ball();
   WallOptions options;
   options.thickness_field = "wall";
@@ -123,7 +123,7 @@ TEST(Wall, thickness_from_a_field_of_the_mesh) {
   }
 }
 
-TEST(Wall, a_region_by_a_group_has_exactly_the_faces_of_the_group) {
+TEST(Wall, ARegionByAGroupHasExactlyTheFacesOfTheGroup) {
   // Two halves of a cloth and a seam between them, all of whose vertices are in the cloth.
   SurfaceMesh mesh = triangulated(rectangle_mesh({3, 1}, {0.3, 0.1}));
   mesh.face_groups = {{"cloth", {0, 1, 4, 5}}};
@@ -146,7 +146,7 @@ TEST(Wall, a_region_by_a_group_has_exactly_the_faces_of_the_group) {
   }
 }
 
-TEST(Wall, regions_differ_in_what_they_give) {
+TEST(Wall, RegionsDifferInWhatTheyGive) {
   const Membrane membrane = ball();
   WallOptions options;
   options.thickness_field = "wall";
@@ -179,7 +179,7 @@ TEST(Wall, regions_differ_in_what_they_give) {
   EXPECT_EQ(wall.materials[2].c2, options.material.c2) << "the wall's";
 }
 
-TEST(Wall, box_selects_by_the_centroid) {
+TEST(Wall, BoxSelectsByTheCentroid) {
   const Membrane membrane = ball();
   WallOptions options;
   options.regions["slab"].box = {1, 1, 0.02, -1, -1, -0.01};
@@ -191,7 +191,7 @@ TEST(Wall, box_selects_by_the_centroid) {
   }
 }
 
-TEST(Wall, young_and_poisson_in_place_of_lame) {
+TEST(Wall, YoungAndPoissonInPlaceOfLame) {
   const Membrane membrane = ball();
   WallOptions options;
   options.material.young_modulus = 588e6;
@@ -206,7 +206,7 @@ TEST(Wall, young_and_poisson_in_place_of_lame) {
   EXPECT_NEAR(wall.materials[1].lambda, 0.4e6, 1e-6);
 }
 
-TEST(Wall, refuses_what_it_cannot_use) {
+TEST(Wall, RefusesWhatItCannotUse) {
   using Case = std::pair<std::function<void(WallOptions&)>, const char*>;
   const std::vector<Case> cases{
       {[](WallOptions& o) { o.thickness_field = "none"; },
@@ -283,7 +283,7 @@ TEST(Wall, refuses_what_it_cannot_use) {
   EXPECT_EQ(fault([](WallOptions&) {}), "");
 }
 
-TEST(Wall, deck) {
+TEST(Wall, Deck) {
   WallOptions options;
   OptionTable table;
   describe(table, options);

@@ -93,7 +93,7 @@ void expect_same(const HalfScene& scene, const Eigen::MatrixXd& start, const ByK
   }
 }
 
-TEST(DeadSprings, sheet_moves_as_the_part_that_lives) {
+TEST(DeadSprings, SheetMovesAsThePartThatLives) {
   for (const char* masses : {"equal", "true"}) {
     for (const char* pins : {"exact", "paper"}) {
       for (const double shift : {0.0, 1e-2}) {
@@ -134,7 +134,7 @@ TEST(DeadSprings, sheet_moves_as_the_part_that_lives) {
   }
 }
 
-TEST(DeadSprings, count_in_no_norm) {
+TEST(DeadSprings, CountInNoNorm) {
   HalfScene whole(PETSC_COMM_WORLD, rows, middle);
   HalfScene part(PETSC_COMM_WORLD, rows / 2, middle);
   ProjectOptions options = tight_options();
@@ -153,7 +153,7 @@ TEST(DeadSprings, count_in_no_norm) {
   EXPECT_EQ(whole_result.reason, part_result.reason);
 }
 
-TEST(DeadSprings, nothing_that_lives_is_no_failure) {
+TEST(DeadSprings, NothingThatLivesIsNoFailure) {
   for (const std::string type : {"aij", "sell", "shell", "lines"}) {
     HalfScene scene(PETSC_COMM_WORLD, rows, -1);
     const Eigen::MatrixXd start = scene.x.values();
@@ -189,7 +189,7 @@ struct OneSpring : Scene {
   }
 };
 
-TEST(Pull, is_what_a_spring_became_shorter) {
+TEST(Pull, IsWhatASpringBecameShorter) {
   for (const double length : {1.1, 0.95}) {
     for (const bool is_held : {false, true}) {
       for (const char* masses : {"equal", "true"}) {
@@ -236,7 +236,7 @@ std::array<std::vector<double>, 4> hang(AnyScene& scene, const ProjectOptions& o
   return pull;
 }
 
-TEST(Pull, of_a_hanging_chain_is_the_weight_below) {
+TEST(Pull, OfAHangingChainIsTheWeightBelow) {
   const PetscInt count = 7;
   Eigen::Matrix3Xd rest = Eigen::Matrix3Xd::Zero(3, count);
   std::map<Colour, std::vector<std::array<PetscInt, 2>>> springs;
@@ -285,7 +285,7 @@ double force_across(const Scene& scene, const std::array<std::vector<double>, 4>
   return sum;
 }
 
-TEST(Pull, of_a_hanging_strip_is_the_weight_below) {
+TEST(Pull, OfAHangingStripIsTheWeightBelow) {
   const double g = 9.81;
   const double h = 1e-3;
   for (const char* masses : {"equal", "true"}) {

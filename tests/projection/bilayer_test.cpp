@@ -23,7 +23,7 @@ double fitted_curvature(const std::vector<Eigen::Vector3d>& points) {
   return 1 / std::sqrt((fit[0] * fit[0] + fit[1] * fit[1]) / 4 - fit[2]);
 }
 
-TEST(CircleFit, is_exact_on_a_circle) {
+TEST(CircleFit, IsExactOnACircle) {
   std::vector<Eigen::Vector3d> points;
   for (const double angle : {0.1, 0.2, 0.35, 0.6}) {
     points.emplace_back(1 + 2.5 * std::cos(angle), 7.0, -2 + 2.5 * std::sin(angle));
@@ -136,13 +136,13 @@ void expect_bilayer(Strip strip) {
 class Bilayer : public ::testing::TestWithParam<double> {};
 INSTANTIATE_TEST_SUITE_P(shrinkage, Bilayer, ::testing::Values(0.005, 0.01, 0.02));
 
-TEST_P(Bilayer, strip_of_one_cell_bends) {
+TEST_P(Bilayer, StripOfOneCellBends) {
   Strip strip;
   strip.shrinkage = GetParam();
   expect_bilayer(strip);
 }
 
-TEST_P(Bilayer, wide_strip_that_shrinks_lengthwise_bends) {
+TEST_P(Bilayer, WideStripThatShrinksLengthwiseBends) {
   Strip strip;
   strip.width = 3;
   strip.shrinkage = GetParam();

@@ -78,7 +78,7 @@ INSTANTIATE_TEST_SUITE_P(all, GramMatrix,
                                   colour_names[static_cast<std::size_t>(std::get<1>(info.param))];
                          });
 
-TEST_P(GramMatrix, rows_are_those_of_the_dense_product) {
+TEST_P(GramMatrix, RowsAreThoseOfTheDenseProduct) {
   Crumpled crumpled(std::get<0>(GetParam()));
   const Colour colour = std::get<1>(GetParam());
   Gram gram(crumpled.sheet.of(colour), crumpled.sheet.particles, "aij");
@@ -103,7 +103,7 @@ TEST_P(GramMatrix, rows_are_those_of_the_dense_product) {
   }
 }
 
-TEST_P(GramMatrix, every_type_multiplies_like_the_dense_product) {
+TEST_P(GramMatrix, EveryTypeMultipliesLikeTheDenseProduct) {
   const Crumpled crumpled(std::get<0>(GetParam()));
   const Colour colour = std::get<1>(GetParam());
   const SpringSet& springs = crumpled.sheet.of(colour);
@@ -140,7 +140,7 @@ TEST_P(GramMatrix, every_type_multiplies_like_the_dense_product) {
   }
 }
 
-TEST(Gram, meshes_of_these_tests_have_valences_3_to_6) {
+TEST(Gram, MeshesOfTheseTestsHaveValences3To6) {
   const SurfaceMesh mesh = tripod_mesh(2);
   std::vector<int> valence(mesh.points.size(), 0);
   for (const auto& face : mesh.faces) {
@@ -155,7 +155,7 @@ TEST(Gram, meshes_of_these_tests_have_valences_3_to_6) {
   EXPECT_EQ(mesh.points.size(), mesh.faces.size() + 2);
 }
 
-TEST(Gram, row_without_length_is_the_largest_entry_alone) {
+TEST(Gram, RowWithoutLengthIsTheLargestEntryAlone) {
   Eigen::Matrix3Xd rest(3, 4);
   rest << 0, 1, 2, 3, 0, 0, 0, 0, 0, 0, 0, 0;
   const Sheet sheet = hand_made_sheet(rest, {{Colour::blue, {{0, 1}, {1, 2}, {2, 3}}}});
@@ -177,7 +177,7 @@ TEST(Gram, row_without_length_is_the_largest_entry_alone) {
   }
 }
 
-TEST(Gram, transposed_jacobian_gives_opposite_forces_at_both_ends) {
+TEST(Gram, TransposedJacobianGivesOppositeForcesAtBothEnds) {
   const Crumpled crumpled("grid");
   const Linearisation constraint = linearise(crumpled, Colour::red);
   const SpringSet& red = crumpled.sheet.of(Colour::red);
@@ -202,7 +202,7 @@ TEST(Gram, transposed_jacobian_gives_opposite_forces_at_both_ends) {
   EXPECT_LE(sum.norm(), 1e-12);
 }
 
-TEST(Gram, two_springs_between_the_same_particles_are_an_error) {
+TEST(Gram, TwoSpringsBetweenTheSameParticlesAreAnError) {
   const Sheet sheet = hand_made_sheet(Eigen::Matrix3Xd::Random(3, 3), {{Colour::blue, {{0, 1}, {1, 2}, {1, 0}}}});
   EXPECT_THROW(Gram(sheet.of(Colour::blue), sheet.particles, "aij"), Error);
 }

@@ -144,7 +144,7 @@ std::string message(const SurfaceMesh& mesh, double shift) {
   }
 }
 
-TEST(IrregularVertices, more_than_six_neighbours_need_a_shift) {
+TEST(IrregularVertices, MoreThanSixNeighboursNeedAShift) {
   for (const int n : {3, 4, 5, 6}) {
     EXPECT_EQ(message(star_mesh(n, 3), 0), "");
     EXPECT_EQ(message(wheel_mesh(n, 3), 0), "");
@@ -160,7 +160,7 @@ TEST(IrregularVertices, more_than_six_neighbours_need_a_shift) {
   }
 }
 
-TEST(IrregularVertices, a_projection_refuses_them_on_all_ranks) {
+TEST(IrregularVertices, AProjectionRefusesThemOnAllRanks) {
   const Sheet sheet = sheet_of(PETSC_COMM_WORLD, star_mesh(8, 2), 0.01);
   EXPECT_THROW(SuccessiveProjection(sheet, tight_options()), Error);
   ProjectOptions options;
@@ -185,7 +185,7 @@ double condition(const SurfaceMesh& mesh, Colour colour) {
 
 // Not many neighbours make a net singular, but triangles of springs, which yellow ones may form: also where no vertex
 // has more than six neighbours.
-TEST(IrregularVertices, constraints_are_dependent_where_springs_form_triangles) {
+TEST(IrregularVertices, ConstraintsAreDependentWhereSpringsFormTriangles) {
   for (const int n : {3, 5, 6, 7, 12}) {
     for (const Colour colour : all_colours) {
       EXPECT_GT(condition(star_mesh(n, 3), colour), 5e-4) << n;
@@ -198,7 +198,7 @@ TEST(IrregularVertices, constraints_are_dependent_where_springs_form_triangles) 
 
 // As many yellow springs of one family as its particles have coordinates, and six ways to move as a whole: without a
 // shift there is no solution.
-TEST(IrregularVertices, a_shift_cures_dependent_constraints) {
+TEST(IrregularVertices, AShiftCuresDependentConstraints) {
   for (const double shift : {0.0, 1e-3, ProjectOptions{}.shift}) {
     Scene scene(sheet_of(PETSC_COMM_WORLD, round_torus(24, 12), 0.02));
     SheetOptions noise;
@@ -255,7 +255,7 @@ Shrinking shrink(const SurfaceMesh& mesh, double cell, double shift) {
   return result;
 }
 
-TEST(IrregularVertices, sheets_of_any_valence_shrink_with_a_shift) {
+TEST(IrregularVertices, SheetsOfAnyValenceShrinkWithAShift) {
   for (const double shift : {ProjectOptions{}.shift, 1e-3}) {
     for (const int n : {5, 12}) {
       const Shrinking star = shrink(star_mesh(n, 3), 1.0 / 3, shift);

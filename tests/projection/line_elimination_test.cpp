@@ -43,7 +43,7 @@ INSTANTIATE_TEST_SUITE_P(all, LinesOf,
                                   colour_names[static_cast<std::size_t>(std::get<1>(info.param))];
                          });
 
-TEST_P(LinesOf, hold_every_owned_spring_once_and_chain_by_chain) {
+TEST_P(LinesOf, HoldEveryOwnedSpringOnceAndChainByChain) {
   const SpringLines lines = find_lines(springs_, sheet_.particles);
   std::vector<int> count(springs_.owned(), 0);
   for (const auto* family : {&lines.eliminated.lines, &lines.kept.lines}) {
@@ -62,7 +62,7 @@ TEST_P(LinesOf, hold_every_owned_spring_once_and_chain_by_chain) {
   EXPECT_EQ(std::count(count.begin(), count.end(), 1), springs_.owned());
 }
 
-TEST_P(LinesOf, eliminated_springs_meet_along_their_lines_only) {
+TEST_P(LinesOf, EliminatedSpringsMeetAlongTheirLinesOnly) {
   const LineFamily eliminated = find_lines(springs_, sheet_.particles).eliminated;
   // Number of its line and place in it of each local spring, with a gap between lines and ranks.
   Field place(springs_.layout, 1);
@@ -98,7 +98,7 @@ TEST_P(LinesOf, eliminated_springs_meet_along_their_lines_only) {
   }
 }
 
-TEST_P(LinesOf, elimination_solves_the_same_system_as_the_assembled_rows) {
+TEST_P(LinesOf, EliminationSolvesTheSameSystemAsTheAssembledRows) {
   SheetOptions noise;
   noise.perturbation = 0.1;
   const Eigen::Matrix3Xd x = perturbed_positions(sheet_, noise);
@@ -172,7 +172,7 @@ PetscInt iterations_on(MPI_Comm comm, const SurfaceMesh& mesh, Colour colour) {
   return lines.solve(ksp, right_hand_side, lambda).iterations;
 }
 
-TEST(Lines, that_ranks_cut_are_joined_so_that_iterations_hardly_grow) {
+TEST(Lines, ThatRanksCutAreJoinedSoThatIterationsHardlyGrow) {
   const SurfaceMesh mesh = lined_mesh("wide");
   for (const Colour colour : all_colours) {
     const double alone = iterations_on(PETSC_COMM_SELF, mesh, colour);
@@ -195,14 +195,14 @@ long smaller_family_on(MPI_Comm comm, const SurfaceMesh& mesh, Colour colour) {
   return std::min(counts[0], counts[1]);
 }
 
-TEST(Lines, of_a_grid_go_on_wherever_ranks_cut_them) {
+TEST(Lines, OfAGridGoOnWhereverRanksCutThem) {
   const SurfaceMesh mesh = lined_mesh("wide");
   for (const Colour colour : all_colours) {
     EXPECT_EQ(smaller_family_on(PETSC_COMM_WORLD, mesh, colour), smaller_family_on(PETSC_COMM_SELF, mesh, colour));
   }
 }
 
-TEST(Lines, of_a_grid_on_one_rank_cross_it_from_side_to_side) {
+TEST(Lines, OfAGridOnOneRankCrossItFromSideToSide) {
   SheetOptions options;
   const SurfaceMesh mesh = grid_mesh(7, 5, 0.2);
   const Sheet sheet = make_sheet(PETSC_COMM_SELF, mesh, options);
@@ -229,7 +229,7 @@ TEST(Lines, of_a_grid_on_one_rank_cross_it_from_side_to_side) {
   EXPECT_EQ(lengths(Colour::red), (std::array<Count, 2>{diagonals, diagonals}));
 }
 
-TEST(Lines, without_a_shift_a_straight_line_between_pins_does_not_break_the_solve) {
+TEST(Lines, WithoutAShiftAStraightLineBetweenPinsDoesNotBreakTheSolve) {
   Eigen::Matrix3Xd rest(3, 4);
   rest << 0, 1, 2, 3, 0, 0, 0, 0, 0, 0, 0, 0;
   Scene scene(hand_made_sheet(rest, {{Colour::blue, {{0, 1}, {1, 2}, {2, 3}}}}));

@@ -44,7 +44,7 @@ INSTANTIATE_TEST_SUITE_P(all, ProjectionSolver,
                                             ::testing::ValuesIn(solver_choices())),
                          [](const auto& info) { return std::get<0>(info.param) + "_" + std::get<1>(info.param).name; });
 
-TEST_P(ProjectionSolver, gives_the_same_positions) {
+TEST_P(ProjectionSolver, GivesTheSamePositions) {
   const auto& [ksp, choice] = GetParam();
   if (choice.one_rank_only && ranks() > 1) {
     GTEST_SKIP() << choice.name << " solves on one rank only";
@@ -60,7 +60,7 @@ TEST_P(ProjectionSolver, gives_the_same_positions) {
   }
 }
 
-TEST(ProjectionSolverOptions, lines_precondition_every_matrix_under_every_solver) {
+TEST(ProjectionSolverOptions, LinesPreconditionEveryMatrixUnderEverySolver) {
   const Eigen::Matrix3Xd expected = projected("aij");
   for (const char* mat_type : {"lines", "aij", "sell", "shell"}) {
     for (const char* ksp : {"cg", "minres", "gmres"}) {
@@ -72,7 +72,7 @@ TEST(ProjectionSolverOptions, lines_precondition_every_matrix_under_every_solver
   }
 }
 
-TEST(ProjectionSolverOptions, matrix_free_operator_takes_no_factorisation) {
+TEST(ProjectionSolverOptions, MatrixFreeOperatorTakesNoFactorisation) {
   for (const char* preconditioner : {"icc", "gamg", "cholesky"}) {
     SolverOptions options;
     set_for_all_colours(options, "pc_type", preconditioner);
@@ -87,7 +87,7 @@ TEST(ProjectionSolverOptions, matrix_free_operator_takes_no_factorisation) {
   }
 }
 
-TEST(ProjectionSolverOptions, an_absolute_tolerance_that_moves_nothing_is_a_failed_solve) {
+TEST(ProjectionSolverOptions, AnAbsoluteToleranceThatMovesNothingIsAFailedSolve) {
   SheetOptions sheet_options;
   sheet_options.thickness = 0.1;
   sheet_options.perturbation = 0.05;
@@ -112,7 +112,7 @@ TEST(ProjectionSolverOptions, an_absolute_tolerance_that_moves_nothing_is_a_fail
   }
 }
 
-TEST(ProjectionSolverOptions, one_colour_has_its_own) {
+TEST(ProjectionSolverOptions, OneColourHasItsOwn) {
   SolverOptions options;
   options.set("project_blue_ksp_max_it", "1");
   SheetOptions sheet_options;

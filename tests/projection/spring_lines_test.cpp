@@ -65,7 +65,7 @@ class SpringLinesOfAGrid : public ::testing::TestWithParam<Colour> {
 INSTANTIATE_TEST_SUITE_P(, SpringLinesOfAGrid, ::testing::ValuesIn(all_colours),
                          [](const auto& info) { return colour_names[static_cast<std::size_t>(info.param)]; });
 
-TEST_P(SpringLinesOfAGrid, are_straight_and_have_springs_in_their_order) {
+TEST_P(SpringLinesOfAGrid, AreStraightAndHaveSpringsInTheirOrder) {
   make(80, 60);
   for (const LineFamily* family : {&lines_.eliminated, &lines_.kept}) {
     for (const std::vector<PetscInt>& line : family->lines) {
@@ -79,7 +79,7 @@ TEST_P(SpringLinesOfAGrid, are_straight_and_have_springs_in_their_order) {
   }
 }
 
-TEST_P(SpringLinesOfAGrid, are_of_one_family_on_all_ranks_where_they_are_parallel) {
+TEST_P(SpringLinesOfAGrid, AreOfOneFamilyOnAllRanksWhereTheyAreParallel) {
   make(80, 60);
   // Springs by net, of which yellow ones make two without a common particle, then family and direction.
   std::array<long, 8> count{};
@@ -100,7 +100,7 @@ TEST_P(SpringLinesOfAGrid, are_of_one_family_on_all_ranks_where_they_are_paralle
   EXPECT_LE(static_cast<double>(strays), ranks() == 1 ? 0 : 0.01 * all);
 }
 
-TEST_P(SpringLinesOfAGrid, end_at_separators_that_are_numbered_along_them) {
+TEST_P(SpringLinesOfAGrid, EndAtSeparatorsThatAreNumberedAlongThem) {
   make(80, 60);
   for (const LineFamily* family : {&lines_.eliminated, &lines_.kept}) {
     // Of each separator of all ranks its number and its line, by its global number as a spring.
@@ -171,7 +171,7 @@ TEST_P(SpringLinesOfAGrid, end_at_separators_that_are_numbered_along_them) {
   EXPECT_EQ(separators > 0, ranks() > 1);
 }
 
-TEST_P(SpringLinesOfAGrid, have_no_separators_where_these_would_be_too_many) {
+TEST_P(SpringLinesOfAGrid, HaveNoSeparatorsWhereTheseWouldBeTooMany) {
   make(7, 5);
   for (const LineFamily* family : {&lines_.eliminated, &lines_.kept}) {
     if (ranks() > 1) {  // A separator is worth 10 springs of each rank.
@@ -190,7 +190,7 @@ std::map<std::size_t, int> lengths_of(const LineFamily& family) {
   return count;
 }
 
-TEST(SpringLines, of_a_torus_are_closed_and_cut_at_one_spring) {
+TEST(SpringLines, OfATorusAreClosedAndCutAtOneSpring) {
   const Sheet sheet = make_sheet(PETSC_COMM_SELF, torus_mesh({12, 8}, 1, 0.3), {});
   using Count = std::map<std::size_t, int>;
   for (const Colour colour : {Colour::blue, Colour::green}) {
@@ -204,7 +204,7 @@ TEST(SpringLines, of_a_torus_are_closed_and_cut_at_one_spring) {
   }
 }
 
-TEST(SpringLines, of_a_torus_that_several_ranks_share_are_opened_at_one_separator) {
+TEST(SpringLines, OfATorusThatSeveralRanksShareAreOpenedAtOneSeparator) {
   const Sheet sheet = make_sheet(PETSC_COMM_WORLD, torus_mesh({120, 60}, 1, 0.3), {});
   const SpringSet& springs = sheet.of(Colour::blue);
   const SpringLines lines = find_lines(springs, sheet.particles);

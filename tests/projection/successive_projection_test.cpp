@@ -53,7 +53,7 @@ struct TwoSprings : Scene {
   }
 };
 
-TEST(SuccessiveProjection, table_1) {
+TEST(SuccessiveProjection, Table1) {
   TwoSprings scene;
   ProjectOptions options = tight_options();
   options.pins = "paper";
@@ -82,7 +82,7 @@ TEST(SuccessiveProjection, table_1) {
   EXPECT_DOUBLE_EQ(again.x.vector(1)[0], scene.x.vector(1)[0]);
 }
 
-TEST(SuccessiveProjection, exact_pins_are_newtons_method_for_one_length) {
+TEST(SuccessiveProjection, ExactPinsAreNewtonsMethodForOneLength) {
   TwoSprings scene;
   SuccessiveProjection projection(scene.sheet, tight_options());
   // With both ends but one at rest a projection is d -> (d + l^2/d)/2: twice the paper's first step, and far apart
@@ -109,7 +109,7 @@ TEST(SuccessiveProjection, exact_pins_are_newtons_method_for_one_length) {
 
 // Fig. 8.
 
-TEST(SuccessiveProjection, total_error_falls_after_each_step) {
+TEST(SuccessiveProjection, TotalErrorFallsAfterEachStep) {
   Scene scene(grid_sheet(12, 0.25));
   perturb(scene, 0.01);
   scene.scale_targets(Colour::blue, 0.99);
@@ -135,7 +135,7 @@ class OneColour : public ::testing::TestWithParam<Colour> {};
 INSTANTIATE_TEST_SUITE_P(all, OneColour, ::testing::ValuesIn(all_colours),
                          [](const auto& info) { return name_of(info.param); });
 
-TEST_P(OneColour, converges_quadratically) {
+TEST_P(OneColour, ConvergesQuadratically) {
   const Colour colour = GetParam();
   for (const double noise : {0.0, 0.02}) {
     Scene scene(grid_sheet(10, 0.5));
@@ -165,7 +165,7 @@ class Momentum : public ::testing::TestWithParam<std::string> {};
 INSTANTIATE_TEST_SUITE_P(masses, Momentum, ::testing::Values("equal", "true"),
                          [](const auto& info) { return info.param; });
 
-TEST_P(Momentum, is_kept_by_a_free_projection) {
+TEST_P(Momentum, IsKeptByAFreeProjection) {
   ProjectOptions options;  // as users have them: shift, loose inner tolerance
   options.masses = GetParam();
   double last_turn = 0;
@@ -230,7 +230,7 @@ TEST_P(Momentum, is_kept_by_a_free_projection) {
 
 SurfaceMesh small_mesh(const std::string& name) { return name == "grid" ? grid_mesh(6, 5, 0.2) : tripod_mesh(2); }
 
-TEST(SuccessiveProjection, matrix_types_agree) {
+TEST(SuccessiveProjection, MatrixTypesAgree) {
   for (const char* mesh : {"grid", "tripod"}) {
     SheetOptions sheet_options;
     sheet_options.thickness = 0.1;
@@ -264,7 +264,7 @@ TEST(SuccessiveProjection, matrix_types_agree) {
   }
 }
 
-TEST(SuccessiveProjection, ghosts_are_up_to_date_afterwards) {
+TEST(SuccessiveProjection, GhostsAreUpToDateAfterwards) {
   Scene scene(grid_sheet(8, 0.5));
   scene.scale_targets(Colour::blue, 0.98);
   SuccessiveProjection projection(scene.sheet, ProjectOptions{});
@@ -274,7 +274,7 @@ TEST(SuccessiveProjection, ghosts_are_up_to_date_afterwards) {
   EXPECT_EQ(values, scene.x.values());
 }
 
-TEST(SuccessiveProjection, shift_softens_the_correction) {
+TEST(SuccessiveProjection, ShiftSoftensTheCorrection) {
   // A single free spring: G = 2 (2 d/l)^2, the shift s makes it (1 + s) G, so the ends move 1/(1 + s) of the way; with
   // true masses (1 + 2 s) G.
   const Eigen::Matrix3Xd rest = (Eigen::Matrix3Xd(3, 2) << 0, 1, 0, 0, 0, 0).finished();
@@ -294,7 +294,7 @@ TEST(SuccessiveProjection, shift_softens_the_correction) {
   }
 }
 
-TEST(SuccessiveProjection, weight_is_the_share_that_is_corrected) {
+TEST(SuccessiveProjection, WeightIsTheShareThatIsCorrected) {
   const Eigen::Matrix3Xd rest = (Eigen::Matrix3Xd(3, 4) << 0, 1, 5, 6, 0, 0, 0, 0, 0, 0, 0, 0).finished();
   Scene scene(hand_made_sheet(rest, {{Colour::red, {{0, 1}, {2, 3}}}, {Colour::blue, {{0, 2}, {1, 3}}}}));
   scene.scale_targets(Colour::red, 0.9);
@@ -311,7 +311,7 @@ TEST(SuccessiveProjection, weight_is_the_share_that_is_corrected) {
   EXPECT_NEAR(scene.x.vector(3)[0] - scene.x.vector(2)[0], 1 - 0.1 * whole, 1e-14);
 }
 
-TEST(SuccessiveProjection, spring_without_length_leaves_the_others_alone) {
+TEST(SuccessiveProjection, SpringWithoutLengthLeavesTheOthersAlone) {
   for (const std::string& type : mat_types()) {
     for (const double shift : {0.0, 1e-2}) {
       Scene scene(grid_sheet(6, 0.5));
@@ -354,7 +354,7 @@ struct HeldLine : Scene {
   }
 };
 
-TEST(SuccessiveProjection, singular_system_is_cured_by_the_shift) {
+TEST(SuccessiveProjection, SingularSystemIsCuredByTheShift) {
   for (const std::string& type : mat_types()) {
     HeldLine scene;
     ProjectOptions options = tight_options();
@@ -368,7 +368,7 @@ TEST(SuccessiveProjection, singular_system_is_cured_by_the_shift) {
   }
 }
 
-TEST(SuccessiveProjection, singular_system_without_shift_never_gives_nonsense) {
+TEST(SuccessiveProjection, SingularSystemWithoutShiftNeverGivesNonsense) {
   for (const std::string& type : mat_types()) {
     HeldLine scene;
     ProjectOptions options = tight_options();
@@ -385,7 +385,7 @@ TEST(SuccessiveProjection, singular_system_without_shift_never_gives_nonsense) {
   }
 }
 
-TEST(SuccessiveProjection, held_everywhere_is_left_alone) {
+TEST(SuccessiveProjection, HeldEverywhereIsLeftAlone) {
   Scene scene(grid_sheet(4, 0.5));
   scene.pinned.assign(scene.pinned.size(), true);
   scene.scale_targets(Colour::blue, 0.9);
@@ -396,7 +396,7 @@ TEST(SuccessiveProjection, held_everywhere_is_left_alone) {
 
 // Results and failures.
 
-TEST(SuccessiveProjection, sheet_that_keeps_its_lengths_is_left_alone) {
+TEST(SuccessiveProjection, SheetThatKeepsItsLengthsIsLeftAlone) {
   Scene scene(grid_sheet(6, 0.5));
   SuccessiveProjection projection(scene.sheet, ProjectOptions{});
   int corrections = 0;
@@ -410,7 +410,7 @@ TEST(SuccessiveProjection, sheet_that_keeps_its_lengths_is_left_alone) {
   EXPECT_EQ(scene.x.values(), scene.sheet.rest);
 }
 
-TEST(SuccessiveProjection, errors_are_norms_over_all_ranks) {
+TEST(SuccessiveProjection, ErrorsAreNormsOverAllRanks) {
   Scene scene(grid_sheet(6, 0.5));
   scene.scale_targets(Colour::blue, 0.9);
   scene.scale_targets(Colour::yellow, 1.2);
@@ -425,7 +425,7 @@ TEST(SuccessiveProjection, errors_are_norms_over_all_ranks) {
   EXPECT_NEAR(error.total, std::hypot(blue, yellow), 1e-13);
 }
 
-TEST(SuccessiveProjection, divergence_is_a_result_with_a_reason) {
+TEST(SuccessiveProjection, DivergenceIsAResultWithAReason) {
   Scene scene(grid_sheet(6, 0.5));
   scene.scale_targets(Colour::blue, 0.9);
   ProjectOptions options;
@@ -437,7 +437,7 @@ TEST(SuccessiveProjection, divergence_is_a_result_with_a_reason) {
   EXPECT_GT(result.error, 0);
 }
 
-TEST(SuccessiveProjection, positions_that_are_not_numbers_are_a_failure) {
+TEST(SuccessiveProjection, PositionsThatAreNotNumbersAreAFailure) {
   Scene scene(grid_sheet(4, 0.5));
   scene.x.values()(0, 0) = std::numeric_limits<double>::quiet_NaN();
   scene.x.update_ghosts();
@@ -447,7 +447,7 @@ TEST(SuccessiveProjection, positions_that_are_not_numbers_are_a_failure) {
   EXPECT_FALSE(result.reason.empty());
 }
 
-TEST(SuccessiveProjection, order_is_a_permutation) {
+TEST(SuccessiveProjection, OrderIsAPermutation) {
   EXPECT_EQ(names_of(ColourOrder{}).size(), 24U);
   EXPECT_EQ(ProjectOptions().order.name(), "RGBY");
   EXPECT_EQ(colours_of("GYRB"), (std::array{Colour::green, Colour::yellow, Colour::red, Colour::blue}));

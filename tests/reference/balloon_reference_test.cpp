@@ -81,7 +81,7 @@ class ReferenceBalloon : public ::testing::TestWithParam<std::string> {};
 GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(ReferenceBalloon);
 INSTANTIATE_TEST_SUITE_P(B1, ReferenceBalloon, ::testing::ValuesIn(cases_of("B1")));
 
-TEST_P(ReferenceBalloon, elements) {
+TEST_P(ReferenceBalloon, Elements) {
   const BalloonCase c(GetParam());
   const Field x = c.field(c.params["x"]);
   const Field w = c.field(c.params["w"]);
@@ -149,7 +149,7 @@ Chambers chamber_of(const BalloonCase& c, const YAML::Node& gas) {
           Projectors(c.membrane.persistent_id.size())};
 }
 
-TEST_P(ReferenceBalloon, gas) {
+TEST_P(ReferenceBalloon, Gas) {
   const BalloonCase c(GetParam());
   const YAML::Node expected = c.expected["gas"];
   const Field x = c.field(c.params["x"]);
@@ -169,7 +169,7 @@ TEST_P(ReferenceBalloon, gas) {
   c.expect(-gas.pressure_slope / 3 * product * gradient, expected["Kw_paper"], "the paper's tangent");
 }
 
-TEST_P(ReferenceBalloon, volume_preservation) {
+TEST_P(ReferenceBalloon, VolumePreservation) {
   const BalloonCase c(GetParam());
   const YAML::Node expected = c.expected["shell"];
   const Wall wall = make_wall(c.membrane, c.wall_options("stvk"), {});
@@ -190,7 +190,7 @@ TEST_P(ReferenceBalloon, volume_preservation) {
   }
 }
 
-TEST_P(ReferenceBalloon, runs) {
+TEST_P(ReferenceBalloon, Runs) {
   // The reference solves directly whatever the tangent is like; without its positive part it may be indefinite.
   SolverOptions general;
   general.set("prism_ksp_type", "gmres");

@@ -23,7 +23,7 @@
 namespace pellicle {
 namespace {
 
-TEST(Reference, cases_are_there) {
+TEST(Reference, CasesAreThere) {
   EXPECT_GE(cases_of("A1").size(), 1U) << "no cases in " << own_cases();
   EXPECT_GE(cases_of("A3").size(), 1U) << "no cases in " << own_cases();
   if (!std::filesystem::exists(reference_folder())) {
@@ -142,7 +142,7 @@ class ReferenceProjection : public ::testing::TestWithParam<std::string> {};
 GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(ReferenceProjection);
 INSTANTIATE_TEST_SUITE_P(A0, ReferenceProjection, ::testing::ValuesIn(cases_of("A0")));
 
-TEST_P(ReferenceProjection, agrees) {
+TEST_P(ReferenceProjection, Agrees) {
   const Case c(GetParam());
   const auto lengths = c.spring_values(c.params["target_lengths"]);
   const std::vector<double> mass = c.particle_masses();
@@ -373,7 +373,7 @@ void expect_cut(const Case& c, const State& state, const Options& options) {
   EXPECT_NEAR(sums[1], area, tolerance * area);
 }
 
-TEST_P(ReferenceBurning, agrees) {
+TEST_P(ReferenceBurning, Agrees) {
   const Case c(GetParam());
   const Sheet& sheet = c.sheet;
   const Options options = options_of(c);

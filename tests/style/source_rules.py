@@ -80,6 +80,8 @@ def faults_of_any(path):
             yield number, "blanks at the end of the line"
         if len(line) > 120 and path.suffix in {".cpp", ".h", ".py"}:
             yield number, f"{len(line)} columns; at most 120"
+        if (test := re.match(r"TEST(?:_[FP])?\(\w+, (\w+)", line)) and ("_" in test[1] or test[1][0].islower()):
+            yield number, f"{test[1]}: a test's name is in PascalCase"
         if "../shared" in line and path.suffix in {".cpp", ".h"} and "tests" not in path.parts:
             yield number, "src/ may not know ../shared"
 

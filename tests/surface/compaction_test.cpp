@@ -196,17 +196,17 @@ bool of_one_colour(const Eigen::Vector3d& centre) {
   return (static_cast<int>(centre.x() / edge) + static_cast<int>(centre.y() / edge)) % 2 == 0;
 }
 
-TEST_F(Compaction, keeps_all_but_a_circular_hole) {
+TEST_F(Compaction, KeepsAllButACircularHole) {
   check_compaction(12, 9, outside_a_hole, 1);
   check_compaction(12, 9, outside_a_hole, 100);
 }
 
-TEST_F(Compaction, keeps_cells_that_touch_in_corners_only) {
+TEST_F(Compaction, KeepsCellsThatTouchInCornersOnly) {
   check_compaction(9, 8, of_one_colour, 1);
   check_compaction(9, 8, of_one_colour, 100);
 }
 
-TEST_F(Compaction, one_cell_is_left_and_other_ranks_are_empty) {
+TEST_F(Compaction, OneCellIsLeftAndOtherRanksAreEmpty) {
   const Keep one = [](const Eigen::Vector3d& centre) {
     return std::abs(centre.x() - 0.75) < edge / 4 && std::abs(centre.y() - 0.15) < edge / 4;
   };
@@ -214,7 +214,7 @@ TEST_F(Compaction, one_cell_is_left_and_other_ranks_are_empty) {
   check_compaction(12, 9, one, 100);
 }
 
-TEST_F(Compaction, keeps_unconnected_parts) {
+TEST_F(Compaction, KeepsUnconnectedParts) {
   const Keep corners = [](const Eigen::Vector3d& centre) {
     return std::abs(centre.x() - 0.6) > 0.4 && std::abs(centre.y() - 0.45) > 0.25;
   };
@@ -222,7 +222,7 @@ TEST_F(Compaction, keeps_unconnected_parts) {
   check_compaction(12, 9, corners, 100);
 }
 
-TEST_F(Compaction, a_sheet_without_texture_has_none_afterwards) {
+TEST_F(Compaction, ASheetWithoutTextureHasNoneAfterwards) {
   SurfaceMesh plain = grid_mesh(4, 4, edge);
   plain.uv.clear();
   const SheetOptions options;
@@ -230,7 +230,7 @@ TEST_F(Compaction, a_sheet_without_texture_has_none_afterwards) {
   EXPECT_EQ(compact_with_data(sheet, outside_a_hole, options).sheet.uv.cols(), 0);
 }
 
-TEST_F(Compaction, cells_stay_on_their_ranks_within_the_limit) {
+TEST_F(Compaction, CellsStayOnTheirRanksWithinTheLimit) {
   SheetOptions options;
   const Sheet sheet = make_sheet(PETSC_COMM_WORLD, mesh(12, 9), options);
   std::set<PetscInt> owned;
@@ -259,7 +259,7 @@ TEST_F(Compaction, cells_stay_on_their_ranks_within_the_limit) {
   }
 }
 
-TEST_F(Compaction, spreads_a_load_evenly) {
+TEST_F(Compaction, SpreadsALoadEvenly) {
   SheetOptions options;
   options.thickness = 0.03;
   const Sheet whole = make_sheet(PETSC_COMM_SELF, mesh(24, 16), options);
@@ -280,7 +280,7 @@ TEST_F(Compaction, spreads_a_load_evenly) {
   EXPECT_LT(spread.sheet.partition.imbalance, 1.1);
 }
 
-TEST_F(Compaction, twice_is_the_same_as_once) {
+TEST_F(Compaction, TwiceIsTheSameAsOnce) {
   SheetOptions options;
   options.imbalance_limit = 1;  // spread anew each time
   const Sheet sheet = make_sheet(PETSC_COMM_WORLD, mesh(12, 9), options);
@@ -306,7 +306,7 @@ TEST_F(Compaction, twice_is_the_same_as_once) {
 }
 
 // A sheet of which nothing goes and that stays where it is has the numbers that make_sheet gave it.
-TEST_F(Compaction, of_nothing_changes_nothing) {
+TEST_F(Compaction, OfNothingChangesNothing) {
   SheetOptions options;
   options.imbalance_limit = 100;
   const Sheet sheet = make_sheet(PETSC_COMM_WORLD, mesh(7, 5), options);

@@ -7,7 +7,7 @@
 namespace pellicle {
 namespace {
 
-TEST(MembraneGeometry, areas_round_vertices) {
+TEST(MembraneGeometry, AreasRoundVertices) {
   const int nx = 6;
   const int ny = 5;
   const double edge = 0.5;

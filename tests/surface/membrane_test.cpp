@@ -99,7 +99,7 @@ class MembraneTest : public ::testing::TestWithParam<std::string> {
 
 INSTANTIATE_TEST_SUITE_P(Partitioners, MembraneTest, ::testing::Values("metis", "ptscotch", "simple"));
 
-TEST_P(MembraneTest, every_triangle_is_owned_once_and_keeps_its_corners) {
+TEST_P(MembraneTest, EveryTriangleIsOwnedOnceAndKeepsItsCorners) {
   const Membrane membrane = make(mesh_);
   EXPECT_EQ(membrane.elements.global, static_cast<PetscInt>(mesh_.faces.size()));
   EXPECT_EQ(membrane.particles.global, static_cast<PetscInt>(mesh_.points.size()));
@@ -119,7 +119,7 @@ TEST_P(MembraneTest, every_triangle_is_owned_once_and_keeps_its_corners) {
   EXPECT_EQ(owners, std::vector<int>(mesh_.faces.size(), 1));
 }
 
-TEST_P(MembraneTest, particles_carry_the_data_of_their_vertices) {
+TEST_P(MembraneTest, ParticlesCarryTheDataOfTheirVertices) {
   const Membrane membrane = make(mesh_);
   std::map<int, std::vector<Eigen::Vector2d>> uv_of_point;
   for (std::size_t f = 0; f < mesh_.faces.size(); ++f) {
@@ -144,7 +144,7 @@ TEST_P(MembraneTest, particles_carry_the_data_of_their_vertices) {
   }
 }
 
-TEST_P(MembraneTest, elements_carry_the_data_of_their_faces) {
+TEST_P(MembraneTest, ElementsCarryTheDataOfTheirFaces) {
   const Membrane membrane = make(mesh_);
   ASSERT_EQ(membrane.pieces(), 2);
   const auto is_on_torus = [this](std::size_t f) { return mesh_.points[mesh_.faces[f][0]].z() < 2; };
@@ -168,7 +168,7 @@ TEST_P(MembraneTest, elements_carry_the_data_of_their_faces) {
   }
 }
 
-TEST_P(MembraneTest, ghosts_name_their_owners_items) {
+TEST_P(MembraneTest, GhostsNameTheirOwnersItems) {
   const Membrane membrane = make(mesh_);
   Field position(membrane.particles, 3);
   position.values().leftCols(membrane.particles.owned) = membrane.rest.leftCols(membrane.particles.owned);
@@ -195,7 +195,7 @@ TEST_P(MembraneTest, ghosts_name_their_owners_items) {
 }
 
 // What a rank sums over its local elements is the whole of what acts on its vertices, as one rank would sum it.
-TEST_P(MembraneTest, sums_over_local_elements_are_complete) {
+TEST_P(MembraneTest, SumsOverLocalElementsAreComplete) {
   const Membrane membrane = make(mesh_);
   std::vector<Eigen::Vector3d> expected(mesh_.points.size(), Eigen::Vector3d::Zero());
   std::vector<int> count(mesh_.points.size(), 0);
@@ -220,7 +220,7 @@ TEST_P(MembraneTest, sums_over_local_elements_are_complete) {
   }
 }
 
-TEST_P(MembraneTest, fewer_elements_than_ranks_leave_ranks_empty) {
+TEST_P(MembraneTest, FewerElementsThanRanksLeaveRanksEmpty) {
   SurfaceMesh mesh;
   mesh.points = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
   mesh.faces = {{0, 1, 2}, {0, 2, 3}};
@@ -235,7 +235,7 @@ TEST_P(MembraneTest, fewer_elements_than_ranks_leave_ranks_empty) {
   EXPECT_TRUE(membrane.element_fields.empty());
 }
 
-TEST_P(MembraneTest, ids_are_those_of_the_file_after_a_repair) {
+TEST_P(MembraneTest, IdsAreThoseOfTheFileAfterARepair) {
   SurfaceMesh mesh = mesh_;
   for (std::size_t i = 0; i < mesh.points.size(); ++i) {
     mesh.point_id.push_back(static_cast<int>(2 * i + 5));
@@ -255,7 +255,7 @@ TEST_P(MembraneTest, ids_are_those_of_the_file_after_a_repair) {
 
 // 40 x 20 points on a torus in random order: fronts round the tube, two of 20 points that grow both ways, give the
 // width.
-TEST_P(MembraneTest, neighbours_are_near_in_memory) {
+TEST_P(MembraneTest, NeighboursAreNearInMemory) {
   SurfaceMesh mesh = triangulated(torus_mesh({40, 20}, 1, 0.4));
   mesh.uv.clear();
   std::mt19937 generator(5);
@@ -267,7 +267,7 @@ TEST_P(MembraneTest, neighbours_are_near_in_memory) {
   RecordProperty("bandwidth", bandwidth(membrane.triangles));
 }
 
-TEST_P(MembraneTest, partition_is_balanced) {
+TEST_P(MembraneTest, PartitionIsBalanced) {
   const Membrane membrane = make(mesh_);
   int ranks = 1;
   MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
@@ -278,7 +278,7 @@ TEST_P(MembraneTest, partition_is_balanced) {
   }
 }
 
-TEST_P(MembraneTest, initial_noise_depends_on_ids_alone) {
+TEST_P(MembraneTest, InitialNoiseDependsOnIdsAlone) {
   options_.perturbation = 0.1;
   const Membrane whole = make_membrane(PETSC_COMM_SELF, mesh_, options_);
   const Eigen::Matrix3Xd expected = perturbed_positions(whole, options_);

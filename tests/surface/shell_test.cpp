@@ -33,7 +33,7 @@ class Shell : public ::testing::TestWithParam<std::string> {
 
 INSTANTIATE_TEST_SUITE_P(Partitioners, Shell, ::testing::Values("metis", "ptscotch", "simple"));
 
-TEST_P(Shell, counts_springs_of_a_grid) {
+TEST_P(Shell, CountsSpringsOfAGrid) {
   const int nx = 7;
   const int ny = 5;
   const Sheet sheet = make(grid_mesh(nx, ny, 0.25));
@@ -47,7 +47,7 @@ TEST_P(Shell, counts_springs_of_a_grid) {
   EXPECT_EQ(sum(sheet.elements.owned), nx * ny);
 }
 
-TEST_P(Shell, counts_the_cells_round_each_corner) {
+TEST_P(Shell, CountsTheCellsRoundEachCorner) {
   const double a = 0.25;
   const Sheet sheet = make(grid_mesh(7, 5, a));
   ASSERT_EQ(static_cast<PetscInt>(sheet.cell_count.size()), sheet.particles.owned);
@@ -59,7 +59,7 @@ TEST_P(Shell, counts_the_cells_round_each_corner) {
   }
 }
 
-TEST_P(Shell, initial_lengths_are_those_of_the_body_centred_square) {
+TEST_P(Shell, InitialLengthsAreThoseOfTheBodyCentredSquare) {
   const double a = 0.25;
   const Sheet sheet = make(grid_mesh(6, 6, a));
   const std::array<double, 4> expected{std::sqrt(a * a / 2 + 0.05 * 0.05), a, a, std::sqrt(2) * a};
@@ -70,7 +70,7 @@ TEST_P(Shell, initial_lengths_are_those_of_the_body_centred_square) {
   }
 }
 
-TEST_P(Shell, masses_add_up_to_density_times_area) {
+TEST_P(Shell, MassesAddUpToDensityTimesArea) {
   const Sheet sheet = make(grid_mesh(6, 4, 0.25));
   const double mass =
       std::accumulate(sheet.initial_mass.begin(), sheet.initial_mass.begin() + sheet.particles.owned, 0.0);
@@ -85,7 +85,7 @@ TEST_P(Shell, masses_add_up_to_density_times_area) {
 
 // Every rank must see all springs at its particles and at the ends of its springs, and a ghost must name the owner's
 // spring.
-TEST_P(Shell, ghosts_complete_the_springs_round_owned_ones) {
+TEST_P(Shell, GhostsCompleteTheSpringsRoundOwnedOnes) {
   const Sheet sheet = make(grid_mesh(9, 8, 0.1));
   for (const Colour colour : all_colours) {
     const SpringSet& set = sheet.of(colour);
@@ -129,7 +129,7 @@ TEST_P(Shell, ghosts_complete_the_springs_round_owned_ones) {
 }
 
 // What the triangles of a spring are follows from where its ends lie.
-TEST_P(Shell, springs_name_the_triangles_that_share_them) {
+TEST_P(Shell, SpringsNameTheTrianglesThatShareThem) {
   const Sheet sheet = make(grid_mesh(7, 5, 0.25));
   const auto is_on_outline = [&sheet](PetscInt a, PetscInt b) {
     const Eigen::Vector2d middle = (sheet.rest.col(a) + sheet.rest.col(b)).head<2>() / 2;
@@ -187,7 +187,7 @@ TEST_P(Shell, springs_name_the_triangles_that_share_them) {
   }
 }
 
-TEST_P(Shell, ids_end_behind_the_last_cell_of_the_file) {
+TEST_P(Shell, IdsEndBehindTheLastCellOfTheFile) {
   SurfaceMesh mesh = grid_mesh(3, 2, 0.25);
   EXPECT_EQ(make(mesh).id_end, 12 + 6);
   mesh.point_id = {0, 1, 2, 3, 5, 6, 7, 8, 9, 10, 11, 20};
@@ -197,7 +197,7 @@ TEST_P(Shell, ids_end_behind_the_last_cell_of_the_file) {
   EXPECT_EQ(sheet.id_end, 21 + 9 + 1);
 }
 
-TEST_P(Shell, ghost_particles_carry_their_owners_data) {
+TEST_P(Shell, GhostParticlesCarryTheirOwnersData) {
   const Sheet sheet = make(grid_mesh(8, 8, 0.1));
   Field copy(sheet.particles, 5);
   for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
@@ -213,7 +213,7 @@ TEST_P(Shell, ghost_particles_carry_their_owners_data) {
   }
 }
 
-TEST_P(Shell, fewer_cells_than_ranks_leave_ranks_empty) {
+TEST_P(Shell, FewerCellsThanRanksLeaveRanksEmpty) {
   const Sheet sheet = make(grid_mesh(2, 1, 0.1));
   EXPECT_EQ(sum(sheet.elements.owned), 2);
   EXPECT_EQ(sheet.of(Colour::green).layout.global, 1);
@@ -221,7 +221,7 @@ TEST_P(Shell, fewer_cells_than_ranks_leave_ranks_empty) {
   EXPECT_EQ(sum(sheet.particles.owned), 8);
 }
 
-TEST_P(Shell, partition_is_balanced) {
+TEST_P(Shell, PartitionIsBalanced) {
   const Sheet sheet = make(grid_mesh(20, 20, 0.1));
   int ranks = 1;
   MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
@@ -232,7 +232,7 @@ TEST_P(Shell, partition_is_balanced) {
   EXPECT_EQ(sheet.partition.edge_cut == 0, ranks == 1);
 }
 
-TEST_P(Shell, neighbours_are_near_in_memory_however_the_file_numbers_them) {
+TEST_P(Shell, NeighboursAreNearInMemoryHoweverTheFileNumbersThem) {
   if (GetParam() == "simple") {
     GTEST_SKIP() << "parts by number alone are scattered over the surface";
   }
@@ -264,7 +264,7 @@ TEST_P(Shell, neighbours_are_near_in_memory_however_the_file_numbers_them) {
   }
 }
 
-TEST_P(Shell, initial_noise_depends_on_ids_alone) {
+TEST_P(Shell, InitialNoiseDependsOnIdsAlone) {
   SheetOptions options;
   options.partitioner = GetParam();
   options.perturbation = 0.01;

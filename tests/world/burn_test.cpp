@@ -69,7 +69,7 @@ struct BurningSheet : Alone {
   }
 };
 
-TEST(Burn, mass_left_and_mass_burnt_are_the_initial_mass) {
+TEST(Burn, MassLeftAndMassBurntAreTheInitialMass) {
   BurningSheet sheet(grid_mesh(8, 6, edge), burning_options(0.8, 0.6));
   const double initial = 0.08 * 0.8 * 0.6;  // areal density times area
   for (int step = 0; step < 30; ++step) {
@@ -81,7 +81,7 @@ TEST(Burn, mass_left_and_mass_burnt_are_the_initial_mass) {
   EXPECT_GT(sheet.total(sheet.burning().mass_burnt), 0.01 * initial);
 }
 
-TEST(Burn, lengths_and_masses_stay_when_nothing_burns) {
+TEST(Burn, LengthsAndMassesStayWhenNothingBurns) {
   Options options = burning_options(0.8, 0.6);
   options.combustion.ignition_temperature = 2000;  // hotter than the ball
   BurningSheet sheet(grid_mesh(8, 6, edge), options);
@@ -97,7 +97,7 @@ TEST(Burn, lengths_and_masses_stay_when_nothing_burns) {
   EXPECT_DOUBLE_EQ(sheet.state().time, 5 * step_length);
 }
 
-TEST(Burn, uniform_burning_shrinks_all_lengths_alike) {
+TEST(Burn, UniformBurningShrinksAllLengthsAlike) {
   Options options = burning_options(0.8, 0.6);
   options.heat.sources.clear();
   options.heat.initial_temperature = 700;
@@ -116,7 +116,7 @@ TEST(Burn, uniform_burning_shrinks_all_lengths_alike) {
   }
 }
 
-TEST(Burn, nothing_slows_the_fall_of_an_elastic_sheet_unless_asked) {
+TEST(Burn, NothingSlowsTheFallOfAnElasticSheetUnlessAsked) {
   Options options;
   options.sheet.perturbation = 0;
   BurningSheet sheet(irregular_mesh(8, 6, edge), options);
@@ -141,7 +141,7 @@ TEST(Burn, nothing_slows_the_fall_of_an_elastic_sheet_unless_asked) {
   EXPECT_EQ(velocity_damping(options), 3);
 }
 
-TEST(Burn, free_sheet_falls_like_a_stone) {
+TEST(Burn, FreeSheetFallsLikeAStone) {
   Options options = burning_options(0.8, 0.6);
   options.pins.clear();
   options.bodies.clear();
@@ -164,7 +164,7 @@ TEST(Burn, free_sheet_falls_like_a_stone) {
   }
 }
 
-TEST(Burn, bodies_hold_the_sheet_whatever_keeps_its_lengths) {
+TEST(Burn, BodiesHoldTheSheetWhateverKeepsItsLengths) {
   if (ranks() > 2) {
     GTEST_SKIP() << "on one and two ranks only";
   }
@@ -202,7 +202,7 @@ TEST(Burn, bodies_hold_the_sheet_whatever_keeps_its_lengths) {
   }
 }
 
-TEST(Burn, pinned_particles_are_where_their_pins_are_at_the_end_of_the_step) {
+TEST(Burn, PinnedParticlesAreWhereTheirPinsAreAtTheEndOfTheStep) {
   if (ranks() > 2) {
     GTEST_SKIP() << "on one and two ranks only";
   }
@@ -233,7 +233,7 @@ TEST(Burn, pinned_particles_are_where_their_pins_are_at_the_end_of_the_step) {
 }
 
 // The projection conserves momentum: it changes only by what the lost mass carries away.
-TEST(Burn, momentum_of_a_free_sheet_leaves_with_its_mass_alone) {
+TEST(Burn, MomentumOfAFreeSheetLeavesWithItsMassAlone) {
   if (ranks() > 2) {
     GTEST_SKIP() << "on one and two ranks only";
   }
@@ -331,7 +331,7 @@ std::vector<HeatCase> heat_cases() {
            }}};
 }
 
-TEST(Burn, heat_ledger_closes_whatever_the_scene) {
+TEST(Burn, HeatLedgerClosesWhateverTheScene) {
   if (ranks() > 2) {
     GTEST_SKIP() << "on one and two ranks only";
   }
@@ -362,7 +362,7 @@ TEST(Burn, heat_ledger_closes_whatever_the_scene) {
   }
 }
 
-TEST(Burn, what_the_umbrella_makes_is_in_the_ledger) {
+TEST(Burn, WhatTheUmbrellaMakesIsInTheLedger) {
   if (ranks() > 2) {
     GTEST_SKIP() << "on one and two ranks only";
   }
@@ -377,7 +377,7 @@ TEST(Burn, what_the_umbrella_makes_is_in_the_ledger) {
   EXPECT_NEAR(end.content, initial + end.in - end.out + end.made, 1e-9 * end.in);
 }
 
-TEST(Burn, step_whose_heat_ledger_is_open_fails) {
+TEST(Burn, StepWhoseHeatLedgerIsOpenFails) {
   if (ranks() > 2) {
     GTEST_SKIP() << "on one and two ranks only";
   }
@@ -404,7 +404,7 @@ Options absurd_options() {
   return options;
 }
 
-TEST(Burn, step_that_fails_says_why) {
+TEST(Burn, StepThatFailsSaysWhy) {
   BurningSheet sheet(grid_mesh(8, 6, edge), absurd_options());
   AloneStep step;
   for (int k = 0; k < 20 && step.converged; ++k) {
@@ -414,7 +414,7 @@ TEST(Burn, step_that_fails_says_why) {
   EXPECT_NE(step.reason.find("project.error_limit"), std::string::npos) << step.reason;
 }
 
-TEST(Burn, failed_linear_solves_fail_the_step) {
+TEST(Burn, FailedLinearSolvesFailTheStep) {
   for (const char* prefix : {"project_yellow_", "heat_"}) {
     SolverOptions solver;
     solver.set(std::string(prefix) + "ksp_max_it", "1");
@@ -426,7 +426,7 @@ TEST(Burn, failed_linear_solves_fail_the_step) {
   }
 }
 
-TEST(Burn, a_failed_step_leaves_no_trace) {
+TEST(Burn, AFailedStepLeavesNoTrace) {
   BurningSheet sheet(grid_mesh(8, 6, edge), absurd_options());
   BurningSheet untouched(grid_mesh(8, 6, edge), absurd_options());
   int accepted = 0;
@@ -471,7 +471,7 @@ Fields fields_after(MPI_Comm comm, const SurfaceMesh& mesh, const Options& optio
   return Fields(sheet);
 }
 
-TEST(BurnOnRanks, agree_with_one_rank_whatever_the_partitioner) {
+TEST(BurnOnRanks, AgreeWithOneRankWhateverThePartitioner) {
   const SurfaceMesh mesh = grid_mesh(8, 6, edge);
   Options options = burning_options(0.8, 0.6);
   const Fields alone = fields_after(PETSC_COMM_SELF, mesh, options, 20);
@@ -482,7 +482,7 @@ TEST(BurnOnRanks, agree_with_one_rank_whatever_the_partitioner) {
   }
 }
 
-TEST(BurnOnRanks, agree_whatever_the_matrix) {
+TEST(BurnOnRanks, AgreeWhateverTheMatrix) {
   const SurfaceMesh mesh = grid_mesh(8, 6, edge);
   Options options = burning_options(0.8, 0.6);
   options.project.mat_type = "aij";
@@ -494,7 +494,7 @@ TEST(BurnOnRanks, agree_whatever_the_matrix) {
   }
 }
 
-TEST(BurnOnRanks, agree_with_a_rank_that_has_nothing) {
+TEST(BurnOnRanks, AgreeWithARankThatHasNothing) {
   const SurfaceMesh mesh = grid_mesh(3, 1, edge);
   Options options = burning_options(0.3, 0.1);
   const Fields alone = fields_after(PETSC_COMM_SELF, mesh, options, 20);

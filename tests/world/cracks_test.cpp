@@ -76,7 +76,7 @@ class Pulled : public PulledStrip {
   }
 };
 
-TEST(Cracks, part_a_strip_across_where_it_is_weak) {
+TEST(Cracks, PartAStripAcrossWhereItIsWeak) {
   const TestFolder folder;
   Options options = pulled_strip();
   options.output.directory = folder / "out";
@@ -112,7 +112,7 @@ TEST(Cracks, part_a_strip_across_where_it_is_weak) {
 }
 
 // Its ends are pushed back together behind the crack, by more than the way on which they were drawn apart.
-TEST(Cracks, have_lips_that_close_and_do_not_pass_through_each_other) {
+TEST(Cracks, HaveLipsThatCloseAndDoNotPassThroughEachOther) {
   const TestFolder folder;
   Options options = pulled_strip();
   options.output.directory = folder / "out";
@@ -149,7 +149,7 @@ double cracking_time(const TestFolder& folder, int cells, double h) {
   return run.first_crack(0.1);
 }
 
-TEST(Cracks, begin_at_the_strength_whatever_mesh_and_step) {
+TEST(Cracks, BeginAtTheStrengthWhateverMeshAndStep) {
   if (ranks() > 2) {
     GTEST_SKIP() << "on one and two ranks only";
   }
@@ -190,7 +190,7 @@ double share_at_first_crack(const TestFolder& folder, int cells, double notch, d
 }
 
 // The stress at the corners of its clamps, and much more at the tip of a slit, is the greater the finer the mesh.
-TEST(Cracks, begin_at_clamps_and_notches_under_a_load_that_does_not_depend_on_the_mesh) {
+TEST(Cracks, BeginAtClampsAndNotchesUnderALoadThatDoesNotDependOnTheMesh) {
   if (ranks() > 2) {
     GTEST_SKIP() << "on one and two ranks only";
   }
@@ -205,7 +205,7 @@ TEST(Cracks, begin_at_clamps_and_notches_under_a_load_that_does_not_depend_on_th
   EXPECT_LT(share_at_first_crack(folder, 12, 0.5, 0), 0.8 * share_at_first_crack(folder, 6, 0.5, 0)) << "not averaged";
 }
 
-TEST(Cracks, run_on_from_a_notch) {
+TEST(Cracks, RunOnFromANotch) {
   const TestFolder folder;
   Options options = pulled_strip();
   options.output.directory = folder / "out";

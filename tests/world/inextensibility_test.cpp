@@ -58,7 +58,7 @@ std::array<double, 4> strains_when_hung(const std::string& name, const Options& 
   return largest;
 }
 
-TEST_F(Inextensibility, single_layer_keeps_its_lengths_to_a_tenth_of_a_percent) {
+TEST_F(Inextensibility, SingleLayerKeepsItsLengthsToATenthOfAPercent) {
   for (const double shift : {0.0, 1e-2}) {
     for (const int steps : {7, 30}) {
       Options options = hanging_options();
@@ -75,7 +75,7 @@ TEST_F(Inextensibility, single_layer_keeps_its_lengths_to_a_tenth_of_a_percent) 
   }
 }
 
-TEST_F(Inextensibility, shell_of_four_contradicting_colours) {
+TEST_F(Inextensibility, ShellOfFourContradictingColours) {
   const auto strain = strains_when_hung("all colours, 7 steps", hanging_options());
   for (const Colour colour : all_colours) {
     const auto index = static_cast<std::size_t>(colour);

@@ -45,7 +45,7 @@ class Solvers : public ::testing::TestWithParam<SolverChoice> {};
 INSTANTIATE_TEST_SUITE_P(all, Solvers, ::testing::ValuesIn(solver_choices()),
                          [](const auto& info) { return info.param.name; });
 
-TEST_P(Solvers, give_the_same_answer) {
+TEST_P(Solvers, GiveTheSameAnswer) {
   const SolverChoice& choice = GetParam();
   if (choice.one_rank_only && ranks() > 1) {
     GTEST_SKIP() << choice.name << " solves on one rank only";
@@ -68,7 +68,7 @@ TEST_P(Solvers, give_the_same_answer) {
   }
 }
 
-TEST(HeatSolver, matrix_free_operator_takes_no_factorisation) {
+TEST(HeatSolver, MatrixFreeOperatorTakesNoFactorisation) {
   const Answer expected = burn_two_steps("umbrella", "aij");
   for (const char* preconditioner : {"none", "jacobi"}) {
     SolverOptions options;

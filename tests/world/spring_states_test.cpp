@@ -9,7 +9,7 @@ namespace {
 
 // Fig. 5 of the burning paper: five springs by the masses of their ends, with m^loss = 0.5 and a density that does not
 // change: lengths of 87.5, 62.5, 57.5 and 50 % of the initial one; two are whole, two partly burnt, one is burnt.
-TEST(SpringStates, figure_5) {
+TEST(SpringStates, Figure5) {
   constexpr double loss_mass = 0.5;
   CombustionOptions options;
   options.min_mass = 0.25;
@@ -28,7 +28,7 @@ TEST(SpringStates, figure_5) {
 }
 
 // Eq. 7: x_mid lies at t = m'_0 / (m'_0 - m'_1) of the way from the end that is left.
-TEST(SpringStates, a_partly_burnt_spring_is_cut_in_proportion) {
+TEST(SpringStates, APartlyBurntSpringIsCutInProportion) {
   const KeptPart part = marching_triangle({0.25, -0.1, -0.3});
   ASSERT_EQ(part.count, 1);
   double t_to_1 = 0;

@@ -75,7 +75,7 @@ Mylar mylar_balloon(int rings, double slack_tension) {
   return found;
 }
 
-TEST(TensionFieldCases, mylar_balloon) {
+TEST(TensionFieldCases, MylarBalloon) {
   if (ranks() > 1) {
     GTEST_SKIP() << "on one rank only";
   }
@@ -144,7 +144,7 @@ Band bent_band(int rows, double b) {
   return {sums[1] / (sums[0] * height), sums[2] / sums[3]};
 }
 
-TEST(TensionFieldCases, bent_band) {
+TEST(TensionFieldCases, BentBand) {
   for (const double b : {0.1, 0.25, 0.5, 0.75}) {
     // The finest mesh, which takes longest, for one band that is wrinkled little and one that is wrinkled much.
     const bool has_finest = b == 0.1 || b == 0.75;

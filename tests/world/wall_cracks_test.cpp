@@ -79,7 +79,7 @@ class Pulled : public PulledStrip {
   }
 };
 
-TEST(WallCracks, part_a_strip_across_where_it_is_weak) {
+TEST(WallCracks, PartAStripAcrossWhereItIsWeak) {
   const TestFolder folder;
   Options options = strip(folder, "out");
   options.pins["lower"].box = {-1, -1, -1, 1, 1e-6, 1};
@@ -146,7 +146,7 @@ double cracking_time(const TestFolder& folder, int cells, double h, double rate,
   return run.first_crack(1);
 }
 
-TEST(WallCracks, begin_where_the_tension_reaches_the_strength_whatever_mesh_and_step) {
+TEST(WallCracks, BeginWhereTheTensionReachesTheStrengthWhateverMeshAndStep) {
   if (ranks() > 2) {
     GTEST_SKIP() << "on one and two ranks only";
   }
@@ -168,7 +168,7 @@ TEST(WallCracks, begin_where_the_tension_reaches_the_strength_whatever_mesh_and_
   }
 }
 
-TEST(WallCracks, a_strength_in_pascal_is_that_of_the_stress_in_the_wall_as_thin_as_it_has_become) {
+TEST(WallCracks, AStrengthInPascalIsThatOfTheStressInTheWallAsThinAsItHasBecome) {
   // mu (c^2 - 1/c) = 0.2 MPa at a stretch of c = 1.16537.
   const TestFolder folder;
   constexpr double c = 1.16537;
