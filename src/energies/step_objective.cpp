@@ -117,6 +117,9 @@ void StepObjective::move_to(Vec unknowns) {
     parts_[p]->move_to(place(p, position_), own.segment(first, count));
     first += count;
   }
+  if (const StepPart* part = path()) {  // The time of its loads has moved what is pinned.
+    position_.values() = part->position().values();
+  }
 }
 
 void StepObjective::write_to(Vec unknowns) const {

@@ -263,5 +263,41 @@ TEST(SheetAtRest, FollowsASphereOfSpringsBeyondItsHighestPressure) {
   }
 }
 
+// What is pinned moves with the time of the loads: a strip is drawn out evenly, each particle by its share of the way.
+TEST(SheetAtRest, IsDrawnOutByPinsWhoseTimeFollows) {
+  constexpr double speed = 0.01;  // of the end, by the time of the loads [m/s]
+  Options options;
+  options.dynamics = Dynamics::elastic;
+  options.time.scheme = TimeScheme::statics;
+  options.time.arc_length = 1e-3;
+  options.force.gravity.setZero();
+  options.elastic.snes_rtol = 1e-10;
+  const SurfaceMesh mesh = grid_mesh(10, 1, 0.1);
+  for (std::size_t point = 0; point < mesh.points.size(); ++point) {
+    const double x = mesh.points[point].x();
+    if (x < 1e-9 || x > 1 - 1e-9) {
+      options.pins[x < 0.5 ? "start" : "end"].vertices.push_back(static_cast<int>(point));
+    }
+  }
+  options.pins["end"].path = {{0, 0, 0, 0}, {10, 10 * speed, 0, 0}};
+  Alone sheet(mesh, options);
+  const Sheet& surface = sheet.sheet();
+  const auto squared_share = [&](PetscInt i) {  // of a free particle
+    const double x = surface.rest(0, i);
+    return x < 1 - 1e-9 ? surface.initial_mass[i] * x * x : 0;
+  };
+  const double share = std::sqrt(sheet.sum(squared_share) / sheet.mass());
+  double before = 0;
+  for (int step = 1; step <= 3; ++step) {
+    const AloneStep result = sheet.advance(1);
+    ASSERT_TRUE(result.converged) << result.reason;
+    const double time = sheet.figure("load_time");
+    if (step > 1) {  // The first one goes by where the loads push, not yet by the path.
+      EXPECT_NEAR(time - before, 1e-3 / (share * speed), 0.01 * (time - before));
+    }
+    before = time;
+  }
+}
+
 }  // namespace
 }  // namespace pellicle::statics_test
