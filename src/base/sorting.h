@@ -11,7 +11,7 @@
 namespace pellicle {
 inline namespace base {
 
-/// 0, 1, 2, ...
+/// The numbers 0, 1, 2, ..., of which there are `count`.
 template <class Number = int>
 std::vector<Number> numbers_up_to(std::size_t count) {
   std::vector<Number> numbers(count);

@@ -77,7 +77,6 @@ class MassPart : public PartOfPotentials {
   const Projectors& projectors() const override { return projectors_; }
   const Field& start() const override { return *start_; }
   bool leaves_held_behind() override;
-  void begin_tangent(double /*psd_blend*/) override {}
   bool blends() const override { return true; }
   bool suits_patches() const override { return false; }
   /// Rounding of inertia, which is large in short steps.

@@ -44,7 +44,6 @@ class SpringSheet : public MassPart {
   virtual void set_shape(const SheetInput& input);
   /// Begins a step. Collective. @param positions x~ [m], pinned particles in their places; ghosts up to date
   void begin(const Field& positions, const SheetInput& input);
-  void begin_tangent(double psd_blend) override { springs_.set_psd_blend(psd_blend); }
   bool suits_patches() const override { return suits_patches_; }
   double rounding() const override;
 

@@ -21,9 +21,7 @@ class ExtendedPart : public StepPart {
   const std::vector<double>& squared_forces() const override { return part_.squared_forces(); }
   bool inverts() const override { return part_.inverts(); }
   double inverted(const Field& from, const Field& to) const override { return part_.inverted(from, to); }
-  int columns() const override { return part_.columns(); }
   void begin_tangent(double psd_blend) override { part_.begin_tangent(psd_blend); }
-  LowRank dense_tangent() override { return part_.dense_tangent(); }
   bool blends() const override { return part_.blends(); }
   double tolerance() const override { return part_.tolerance(); }
   double length_scale() const override { return part_.length_scale(); }

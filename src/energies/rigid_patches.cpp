@@ -440,7 +440,7 @@ class RigidPatches::Sum : public HessianTerms {
   Motion forces_ = Motion::Zero();  ///< on the vertex, by motions of the patch
 };
 
-/// What couples a patch with another one, which is added if it is missing.
+/// Returns the coupling of two patches, which is 0 if it has just been added to the row.
 RigidPatches::Coupling& RigidPatches::coupling(PetscInt row, PetscInt column) {
   CoarseRow& of_patch = this->row(row);
   const auto found = std::find(of_patch.columns.begin(), of_patch.columns.end(), column);

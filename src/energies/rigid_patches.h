@@ -58,7 +58,7 @@ class RigidPatches {
   using Movement = Eigen::Matrix<double, 6, 1>;  ///< shift and turn of a body, or force and moment on it
   /// Sum of numbers that couple vertices of two patches in all directions alike, times (1, arm) of both vertices.
   using Moments = Eigen::Matrix4d;
-  /// What couples two patches.
+  /// The coupling of two patches: a block of the coarse matrix.
   struct Coupling {
     CoarseBlock block = CoarseBlock::Zero();
     Moments moments = Moments::Zero();  ///< to be added to the block

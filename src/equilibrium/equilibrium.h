@@ -71,7 +71,7 @@ class Equilibrium {
   std::string stage_;
   std::unique_ptr<SurfaceContact> contact_;   ///< null: nothing touches
   std::unique_ptr<StepObjective> objective_;  ///< null: nothing is brought into balance
-  std::unique_ptr<ImplicitStep> solver_;      ///< likewise
+  std::unique_ptr<ImplicitStep> solver_;      ///< null: nothing is brought into balance
 };
 
 }  // namespace equilibrium

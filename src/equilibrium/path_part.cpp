@@ -93,7 +93,7 @@ Eigen::VectorXd PathPart::load_rate() {
 
 LowRank PathPart::dense_tangent() {
   LowRank result = part_.dense_tangent();
-  // Many times what the stiffness along the path can be, whatever its sign.
+  // The coefficient of the additional column is many times the stiffness along the path, whatever its sign.
   result.coefficients.conservativeResize(columns());
   result.coefficients[columns() - 1] = 10 * part_.stiffness_scale();
   result.mixing = Eigen::MatrixXd::Identity(columns(), columns());

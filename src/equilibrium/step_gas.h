@@ -121,7 +121,7 @@ class StepGas {
   FlowingGas flow_;
   double time_ = 0;
   bool is_evaluated_ = false;  ///< where the parts are
-  bool has_work_ = false;      ///< likewise
+  bool has_work_ = false;      ///< whether the work of joined gas has been found there
   FlowingGas::Walls walls_;    ///< W of all parts
   FlowingGas::Walls of_tangent_;
   std::vector<FlowingGas::Response> responses_;  ///< of all parts

@@ -272,11 +272,5 @@ double WallPart::inverted(const Field& from, const Field& to) const {
   return sum_over_ranks(comm(), static_cast<double>(model_.elements.inverted(from, to)));
 }
 
-void WallPart::begin_tangent(double psd_blend) {
-  for (Potential* potential : potentials_) {
-    potential->set_psd_blend(psd_blend);
-  }
-}
-
 }  // namespace equilibrium
 }  // namespace pellicle

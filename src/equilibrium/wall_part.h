@@ -108,7 +108,6 @@ class WallPart : public PartOfPotentials {
   bool leaves_held_behind() override;
   bool inverts() const override { return true; }
   double inverted(const Field& from, const Field& to) const override;
-  void begin_tangent(double psd_blend) override;
   bool blends() const override { return wall_.blends(); }
   bool suits_patches() const override { return suits_patches_; }
   double rounding() const override { return rounding_of_inertia_; }

@@ -39,7 +39,7 @@ vtkSmartPointer<vtkDoubleArray> double_array(const DrawnField& field, std::size_
   return array;
 }
 
-/// 0, 1, 2, ...
+/// A named array of the numbers 0, 1, 2, ..., of which there are `count`.
 vtkSmartPointer<vtkTypeInt64Array> numbers(const char* name, vtkIdType count) {
   auto array = named_array<vtkTypeInt64Array>(name);
   for (vtkIdType i = 0; i < count; ++i) {

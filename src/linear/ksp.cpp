@@ -211,8 +211,8 @@ void require_available(PCType type, Mat system, Mat matrix, const std::string& p
   }
 }
 
-/// What a solve without success says of its system. The words are the meaning of the reason, if PETSc's name for it
-/// does not say it; {} is the preconditioner's type.
+/// A reason for which PETSc ends a solve without success, and its meaning for the system that was to be solved. The
+/// words explain a reason whose name in PETSc is not clear by itself; {} stands for the preconditioner's type.
 struct Failure {
   KSPConvergedReason reason;
   Solved solved;

@@ -104,8 +104,8 @@ void LowRankSystem::precondition_from(Mat matrix) {
 }
 
 void LowRankSystem::forget_pattern() {
-  // PETSc asks for the count of a matrix's patterns, which need not be larger in the new one. It forgets the count with
-  // the matrix.
+  // PETSc makes a preconditioner's pattern anew where the matrix's count of patterns has grown, and the count of a new
+  // matrix need not be larger than that of the former one. With another matrix in between PETSc forgets the count.
   MatHandle other;
   check(MatCreateShell(comm_of(sparse_), rows_, rows_, PETSC_DETERMINE, PETSC_DETERMINE, nullptr, other.create()));
   for (KSP solver : solvers()) {

@@ -30,7 +30,7 @@ void require_known(const std::string& prefix, const std::string& own_tangent) {
 
 }  // namespace
 
-/// What PETSc calls; its context is the object.
+/// The functions that PETSc calls; the context of each is the Newton object.
 struct Newton::Callbacks {
   static PetscErrorCode residual(SNES, Vec position, Vec residual, void* context) {
     return as_petsc_callback([&] {

@@ -145,7 +145,7 @@ void prepare_child(const std::string& path) {
   limit(RLIMIT_AS, static_cast<rlim_t>(pages * static_cast<double>(sysconf(_SC_PAGESIZE)) + more));
 }
 
-/// What the child answers, packed.
+/// Reads the mesh in the child process. @returns the packed mesh, or the packed message of the error
 std::string answer(const std::string& path, const std::function<SurfaceMesh()>& read) {
   try {
     return packed("", read());

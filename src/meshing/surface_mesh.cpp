@@ -23,8 +23,8 @@ void require_mesh_size(const std::string& what, double faces) {
   if (!(faces <= most_faces)) {
     throw Error(fmt::format("{}: {:g} faces, expected at most {:g}", what, faces, most_faces));
   }
-  // What a face takes at least until the mesh is distributed (measured: triangles 630, quads 1500 bytes). A run takes
-  // several times as much, spread over the ranks.
+  // Until the mesh is distributed each face takes at least so many bytes (measured: a triangle 630, a quad 1500). A run
+  // takes several times as much, spread over the ranks.
   constexpr double bytes_of_a_face = 600;
   require_memory(what, bytes_of_a_face * faces);
 }
@@ -59,7 +59,7 @@ void renumber(std::map<std::string, std::vector<int>>& groups, const std::vector
   }
 }
 
-/// What is kept of some items: those that represent themselves.
+/// A choice among items of a mesh, such as its points: an item is kept if it represents itself.
 struct Kept {
   /// @param representatives of each, itself or one before it; -1: none
   explicit Kept(const std::vector<int>& representatives) : stands(representatives) {

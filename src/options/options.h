@@ -71,8 +71,8 @@ Condition is_positive(const std::string& key, const Number& variable) {
   return {key + ": more than 0", [&variable] { return variable > 0; }};
 }
 
-/// What a declaration says of an option besides its name: unit and allowed values, conditions for its effect, meaning.
-/// `Rules("m").more_than(0)` are those of a length.
+/// The rules of an option: its unit, allowed values, conditions for its effect, and meaning. The rules of a length are
+/// `Rules("m").more_than(0)`.
 class Rules {
  public:
   Rules() = default;

@@ -132,7 +132,7 @@ void add_field(FieldRegistry& fields, const FieldDeclaration& declaration, int c
   fields.add<Values>(declaration, components);
 }
 
-/// What declares a field of each kind, in the order of kind_names.
+/// The functions that declare a field of each kind, in the order of kind_names.
 const std::array adders{add_field<Field>,
                         add_field<std::vector<double>>,
                         add_field<std::vector<PetscInt>>,

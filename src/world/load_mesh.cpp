@@ -92,7 +92,7 @@ void require_fit(const CheckedMesh& checked, const Options& options) {
   refuse(checked.report.summary(), faults);
 }
 
-/// See LoadedMesh::lines.
+/// The lines about a mesh that are printed (LoadedMesh::lines).
 std::vector<std::string> mesh_lines(const MeshReport& report, const Options& options) {
   std::vector<std::string> lines{report.summary()};
   const std::vector<std::string> remarks = report.remarks();

@@ -71,7 +71,7 @@ class SheetChain : public Chain {
     checkpoint.write_once<PetscInt>(ids_of(group), {sheet.first_lattice_id, sheet.id_end});
   }
 
-  /// They are those of the lattice particles.
+  /// The id of a quad is that of its lattice particle.
   std::vector<PetscInt> element_ids(const Surface& surface) const override {
     std::vector<PetscInt> ids;
     for (const PetscInt lattice : surface.lattice) {

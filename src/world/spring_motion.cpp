@@ -274,10 +274,7 @@ StageResult SpringMotion::find_positions(Step& step) {
   if (filled_) {
     state_.pressure = filled_->pressures();
   }
-  if (path_) {
-    *state_.load_time = path_->time();
-    path_->write_direction(state_.position, *state_.direction);
-  }
+  end_path();
   return result;
 }
 

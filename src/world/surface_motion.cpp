@@ -56,6 +56,13 @@ void SurfaceMotion::begin_gas_and_path(double time_of_balance) {
   }
 }
 
+void SurfaceMotion::end_path() {
+  if (path_) {
+    *state_.load_time = path_->time();
+    path_->write_direction(state_.position, *state_.direction);
+  }
+}
+
 void SurfaceMotion::set_drag(double fraction) {
   if (!air_) {
     return;

@@ -19,8 +19,8 @@
 namespace pellicle {
 inline namespace world {
 
-/// What the motions of sheets and of walls have in common: the step in progress, the drag of the air, and what the
-/// balance consists of.
+/// The common part of the motions of sheets and of walls: the step in progress, the drag of the air, and the parts
+/// that are brought into balance.
 class SurfaceMotion : public MotionStage {
  public:
   StepPart* part() override { return part_; }
@@ -40,6 +40,8 @@ class SurfaceMotion : public MotionStage {
                 std::function<void(Field&)> write_end, GasFilledPart::SetLoad set_load = {});
   /// Begins the step of gas and path, after that of the part. Collective. @param time_of_balance [s]
   void begin_gas_and_path(double time_of_balance);
+  /// Keeps the end of the step on the path, if there is one, for the next step. Collective.
+  void end_path();
   /// Sets the drag of the air, if there is any, in the step. Collective.
   /// @param fraction of the step at which forces are in balance
   void set_drag(double fraction);
@@ -59,7 +61,7 @@ class SurfaceMotion : public MotionStage {
   StageResult result_of(std::string fault) const;
   /// Lets the surface rebound from bodies, with its work. Collective. @param loads see BodyContact::rebound
   void rebound(const BodyContact& bodies, std::vector<BodyLoad>& loads);
-  /// Those of some potentials that there are.
+  /// The potentials of a list that are not null.
   static std::vector<Potential*> present(const std::vector<Potential*>& potentials);
 
   const Options& options_;

@@ -216,11 +216,8 @@ StageResult WallMotion::end(Step& step) {
   }
   {
     const auto timer = clock_.time("velocity");
-    if (path_) {
-      *state_.load_time = path_->time();
-      path_->write_direction(state_.position, *state_.direction);
-    }
-    set_pressures(state_.load_time != nullptr ? *state_.load_time : state_.time + h_);
+    end_path();
+    set_pressures(end_of_loads());
     step.error = max_over_ranks(membrane_.comm(), find_end(pinned()) / part_->length_scale());
     step.inverted = sum_over_ranks(membrane_.comm(), elements_.inverted(start_, state_.position));
   }
