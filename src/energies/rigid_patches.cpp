@@ -76,10 +76,8 @@ void check_options(KSP solver, TangentMatrix type) {
 std::unique_ptr<RigidPatches> RigidPatches::of(KSP solver, const Tangent& tangent,
                                                const std::vector<std::array<PetscInt, 3>>& triangles, int patch_size) {
   PC pc = nullptr;
-  PetscBool is_multigrid = PETSC_FALSE;
   check(KSPGetPC(solver, &pc));
-  check(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(pc), PCMG, &is_multigrid));
-  if (is_multigrid == PETSC_FALSE) {
+  if (!has_type(pc, {PCMG})) {
     return nullptr;
   }
   check_options(solver, tangent.type());
@@ -133,9 +131,8 @@ RigidPatches::RigidPatches(KSP solver, const Tangent& tangent, const std::vector
 void RigidPatches::set_coarse_solver(PetscInt patches) {
   constexpr PetscInt most_in_interface = 300;
   PC pc = nullptr;
-  int ranks = 1;
+  const int ranks = ranks_of(tangent_.vertices().comm);
   check(KSPGetPC(coarse_solver_, &pc));
-  MPI_Comm_size(tangent_.vertices().comm, &ranks);
   if (ranks == 1) {
     check(PCSetType(pc, PCCHOLESKY));
     check(PCFactorSetMatSolverType(pc, MATSOLVERCHOLMOD));

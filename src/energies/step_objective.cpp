@@ -32,7 +32,6 @@ StepObjective::StepObjective(const std::vector<StepPart*>& parts, std::vector<Po
   if (!between_.empty()) {
     start_ = Field(joined_.layout(), 3);
   }
-  MPI_Comm_rank(comm(), &rank_);
   Projectors projectors(joined_.layout().local());
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     const StepPart& part = *parts_[p];
@@ -104,7 +103,7 @@ void StepObjective::move_to(Vec unknowns) {
   Eigen::VectorXd own(size);
   const ConstVecValues values(unknowns);
   std::copy_n(values.data(), 3 * vertices().owned, position_.data());
-  if (rank_ == 0) {
+  if (rank_of(comm()) == 0) {
     own = values.tail(size);
   }
   if (size > 0) {
@@ -126,7 +125,7 @@ void StepObjective::write_to(Vec unknowns) const {
   const Eigen::VectorXd own = of_parts(&StepPart::own_unknowns);
   VecValues values(unknowns);
   std::copy_n(position_.data(), 3 * vertices().owned, values.data());
-  if (rank_ == 0) {
+  if (rank_of(comm()) == 0) {
     values.tail(own.size()) = own;
   }
 }
@@ -162,7 +161,7 @@ void StepObjective::compute_residual(Vec residual) {
     squared_residuals_.push_back(sum.middleCols(joined_.first_owned(p), parts_[p]->vertices().owned).squaredNorm());
   }
   const Eigen::VectorXd own = of_parts(&StepPart::own_rows);
-  if (rank_ == 0) {
+  if (rank_of(comm()) == 0) {
     values.tail(own.size()) = own;
   }
 }

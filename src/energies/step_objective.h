@@ -111,7 +111,6 @@ class StepObjective {
   std::vector<Potential*> between_;
   std::vector<Potential*> potentials_;  ///< of all parts and between them, as functions of all positions
   std::unique_ptr<Tangent> tangent_;
-  int rank_ = 0;
   Field start_;  ///< if there are potentials between the parts
   Field position_;
   mutable std::vector<std::array<Field, 2>> places_;  ///< scratch: positions of each of several parts

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/sorting.h"
 #include "energies/tangent_products.h"
 #include "linear/ksp.h"
 #include "linear/shell_operations.h"
@@ -112,8 +113,7 @@ void Tangent::extend_reach(const std::vector<std::vector<VertexPair>>& patterns)
       }
     }
   }
-  std::sort(beyond.begin(), beyond.end());
-  beyond.erase(std::unique(beyond.begin(), beyond.end()), beyond.end());
+  beyond = without_repeats(std::move(beyond));
   projectors_.resize(vertices_.local());
   if (on_any_rank(vertices_.comm, !beyond.empty())) {
     reach_ = with_ghosts(vertices_, beyond);
@@ -155,9 +155,7 @@ void Tangent::make_rows() {
   rows_ = {};
   rows_.diagonal.assign(columns.size(), -1);
   for (std::size_t i = 0; i < columns.size(); ++i) {
-    auto& row = columns[i];
-    std::sort(row.begin(), row.end());
-    row.erase(std::unique(row.begin(), row.end()), row.end());
+    std::vector<PetscInt>& row = columns[i] = without_repeats(std::move(columns[i]));
     for (const PetscInt column : row) {
       if (column == vertices_.first + static_cast<PetscInt>(i)) {
         rows_.diagonal[i] = static_cast<PetscInt>(rows_.columns.size());

@@ -16,10 +16,8 @@ void TangentFactor::check_options(MPI_Comm comm, const std::string& prefix) {
   constexpr PetscInt pord = 4;
   const std::string option = "-" + prefix + "mat_mumps_icntl_7";
   PetscInt ordering = 0;
-  int ranks = 1;
   check(PetscOptionsGetInt(nullptr, nullptr, option.c_str(), &ordering, nullptr));
-  MPI_Comm_size(comm, &ranks);
-  if (ordering == pord && ranks > 1) {
+  if (ordering == pord && ranks_of(comm) > 1) {
     throw Error(option + " 4: PORD cannot order what ranks share; expected another ordering, or one rank");
   }
 }

@@ -1,6 +1,7 @@
 #include "energies/tangent_products.h"
 
 #include "base/error.h"
+#include "base/handle.h"
 #include "linear/shell_operations.h"
 
 #if defined(__x86_64__)
@@ -168,9 +169,7 @@ void TermProduct::add_numbers(const NumberRows& rows) {
 void use_fast_product([[maybe_unused]] Mat matrix) {
 #if defined(__x86_64__)
   if (has_fast()) {
-    PetscBool several_ranks = PETSC_FALSE;
-    check(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(matrix), MATMPIBAIJ, &several_ranks));
-    if (several_ranks == PETSC_TRUE) {  // The part of a rank's own columns; that of others' is small.
+    if (has_type(matrix, {MATMPIBAIJ})) {  // The part of a rank's own columns; that of others' is small.
       check(MatMPIBAIJGetSeqBAIJ(matrix, &matrix, nullptr, nullptr));
     }
     PetscErrorCode (*product)(Mat, Vec, Vec) = multiply_sequential;

@@ -61,7 +61,7 @@ std::string chosen_solver(const std::string& prefix) {
 /// @throws Error that names the options of `prefix`, if they ask for something impossible; every rank then has the same
 /// error
 void throw_if_about_options(const std::string& prefix, const PetscFailure& failure) {
-  // The last one is of -ksp_error_if_not_converged.
+  // PETSC_ERR_NOT_CONVERGED comes of -ksp_error_if_not_converged.
   for (const PetscErrorCode code :
        {PETSC_ERR_SUP, PETSC_ERR_ORDER, PETSC_ERR_USER, PETSC_ERR_USER_INPUT, PETSC_ERR_MISSING_FACTOR,
         PETSC_ERR_ARG_WRONG, PETSC_ERR_ARG_WRONGSTATE, PETSC_ERR_ARG_OUTOFRANGE, PETSC_ERR_ARG_INCOMP,

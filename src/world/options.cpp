@@ -59,6 +59,8 @@ void describe(OptionTable& table, ForceOptions& options) {
   describe(table, options.air);
 }
 
+bool follows_path(const TimeOptions& time) { return time.scheme == TimeScheme::statics && time.arc_length; }
+
 TimeIntegrator integrator_of(const TimeOptions& time) {
   switch (time.scheme) {
     case TimeScheme::generalized_alpha:
@@ -66,7 +68,7 @@ TimeIntegrator integrator_of(const TimeOptions& time) {
     case TimeScheme::statics:
       return TimeIntegrator::statics(time.arc_length);
     default:
-      return time.arc_length ? TimeIntegrator::statics(time.arc_length) : TimeIntegrator();
+      return {};
   }
 }
 
@@ -299,7 +301,7 @@ void describe(OptionTable& table, Options& options) {
             [](const Options& of) { return inflates(of) || of.dynamics != Dynamics::projection; }),
        {"time.scheme"}},
       {one_of("prism.tangent", options.prism.tangent, {ElementTangent::exact}), {"wall.wrinkling"}},
-      {when("no time.arc_length", [](const Options& of) { return !of.time.arc_length.has_value(); }),
+      {when("no time.arc_length", [](const Options& of) { return !follows_path(of.time); }),
        {"prism.positive_elements"}},
       {one_of("time.scheme", options.time.scheme, {TimeScheme::implicit_euler, TimeScheme::generalized_alpha}),
        {"prism.inertia", "prism.mass_damping", "prism.stiffness_damping"}},
@@ -327,7 +329,7 @@ void describe_exclusions(OptionTable& table, const Options& options) {
   const Predicate is_alpha = [](const Options& of) {
     return of.time.scheme == TimeScheme::generalized_alpha && (inflates(of) || of.dynamics != Dynamics::projection);
   };
-  const Predicate is_path = [](const Options& of) { return of.time.arc_length.has_value(); };
+  const Predicate is_path = [](const Options& of) { return follows_path(of.time); };
   const Predicate is_static_sheet = [](const Options& of) {
     return !inflates(of) && of.time.scheme == TimeScheme::statics;
   };

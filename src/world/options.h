@@ -124,6 +124,8 @@ struct ObjectOptions : NamedOptions {
 
   OptionTable table;
 };
+/// Whether the steps follow a path of equilibria: statics whose loads have a time of their own.
+bool follows_path(const TimeOptions& time);
 /// The time integrator of walls, and of sheets that are brought into balance.
 TimeIntegrator integrator_of(const TimeOptions& time);
 /// How the mesh of a sheet becomes a shell: the lattice points of a sheet as a material lie in its surface.

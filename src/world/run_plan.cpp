@@ -58,7 +58,7 @@ NewtonOptions newton_of(const Options& options) {
     newton.max_iterations = 0;
     newton.far = FarTangent::exact;
   }
-  if (options.time.arc_length) {  // The path follows from the whole tangent; a solve has to resolve more than its row.
+  if (follows_path(options.time)) {  // It follows from the whole tangent; a solve has to resolve more than its row.
     newton.newton = NewtonEnd::converged;
     newton.far = FarTangent::exact;
     newton.ksp_rtol = std::min(newton.linear_rtol(), 1e-6);
@@ -134,7 +134,7 @@ std::vector<GroupPlan> plan_groups(const std::deque<NamedOptions>& objects) {
     coupled.objects.push_back(i);
     coupled.names.push_back(objects[i].name);
     coupled.touches.push_back(options.contact.self);
-    if (options.time.arc_length) {
+    if (follows_path(options.time)) {
       throw Error(objects[i].name +
                   ": time.arc_length: does not go with objects that touch or are linked, expected none");
     }

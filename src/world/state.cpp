@@ -70,7 +70,7 @@ State::State(const Surface& surface, const Options& options, int chambers)
   if (options.time.scheme == TimeScheme::generalized_alpha) {
     acceleration = &add<Field>({"acceleration", "m/s^2", Item::particle}, 3);
   }
-  if (options.time.arc_length) {
+  if (follows_path(options.time)) {
     load_time = &add<double>({"load_time", "s", Item::object});
     direction = &add<Field>({"path_direction", "", Item::particle}, 3);
   }

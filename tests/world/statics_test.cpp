@@ -171,6 +171,20 @@ TEST(ArcLength, SaysWhereTheLoadsEnd) {
   EXPECT_NE(result.reason.find("the loads do not change any more"), std::string::npos) << result.reason;
 }
 
+TEST(ArcLength, ActsWithStaticsAlone) {
+  for (const TimeScheme scheme : {TimeScheme::implicit_euler, TimeScheme::generalized_alpha}) {
+    Options options = sphere_options();
+    options.time.scheme = scheme;
+    StaticBalloon plain(icosphere_mesh(1, radius), options);
+    options.time.arc_length = radius;
+    StaticBalloon asked(icosphere_mesh(1, radius), options);
+    plain.go_to(0.02, 0.005);
+    asked.go_to(0.02, 0.005);
+    EXPECT_GT(plain.volume(), 1.001 * plain.chambers().initial_volume(0));
+    EXPECT_EQ(asked.volume(), plain.volume());
+  }
+}
+
 TEST(ArcLength, SaysWhatItDoesNotGoWith) {
   ObjectOptions object("");
   object.options = sphere_options();
