@@ -5,8 +5,7 @@
 
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace ablation {
+namespace pellicle::ablation {
 
 std::vector<double> level_set(const Surface& surface, const Field& mass, double loss_mass) {
   std::vector<double> level;
@@ -133,5 +132,4 @@ std::vector<bool> empty_cells(const Sheet& sheet, const ActiveSet& active) {
   return empty;
 }
 
-}  // namespace ablation
-}  // namespace pellicle
+}  // namespace pellicle::ablation

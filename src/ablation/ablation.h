@@ -8,8 +8,7 @@
 #include "surface/active_set.h"
 #include "surface/sheet.h"
 
-namespace pellicle {
-inline namespace ablation {
+namespace pellicle::ablation {
 
 /// Level set of burning, m'/m^init = m/m^init - m^loss of the local particles; where it is negative the surface has
 /// burnt away (burning paper, section 6).
@@ -68,5 +67,4 @@ class Ablation {
 /// Whether each owned cell is empty: no active springs, except blue ones, which neighbours may share. Not collective.
 std::vector<bool> empty_cells(const Sheet& sheet, const ActiveSet& active);
 
-}  // namespace ablation
-}  // namespace pellicle
+}  // namespace pellicle::ablation

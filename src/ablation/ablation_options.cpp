@@ -2,8 +2,7 @@
 
 #include "options/options.h"
 
-namespace pellicle {
-inline namespace ablation {
+namespace pellicle::ablation {
 
 void describe(OptionTable& table, AblationOptions& options, const Condition& tears) {
   table.add("ablation.loss_mass", options.loss_mass, Rules().range(0, 1),
@@ -54,5 +53,4 @@ void describe(OptionTable& table, AblationOptions& options, const Condition& tea
   table.add_under(tears, [&] { table.add_under(averages, [&] { table.add_solver_prefix("ablation_"); }); });
 }
 
-}  // namespace ablation
-}  // namespace pellicle
+}  // namespace pellicle::ablation

@@ -6,11 +6,11 @@
 
 #include "options/choice.h"
 
-namespace pellicle {
-inline namespace options {
+namespace pellicle::options {
 struct Condition;
-}  // namespace options
-inline namespace ablation {
+}  // namespace pellicle::options
+
+namespace pellicle::ablation {
 
 /// Rule for the death of springs at burnt triangles. surface: when all triangles that share them, or all at one of
 /// their ends, are dead. triangles: when all that share them are dead, as in the paper.
@@ -38,5 +38,4 @@ struct AblationOptions {
 /// Declares the options `ablation.*`. @param tears condition that anything can tear, which may depend on other options
 void describe(OptionTable& table, AblationOptions& options, const Condition& tears);
 
-}  // namespace ablation
-}  // namespace pellicle
+}  // namespace pellicle::ablation

@@ -11,8 +11,7 @@
 #include "parallel/collective.h"
 #include "surface/drawn_places.h"
 
-namespace pellicle {
-inline namespace ablation {
+namespace pellicle::ablation {
 
 namespace {
 
@@ -212,5 +211,4 @@ void Cracks::require_average_overload(const CrackInput& input) {
   }
 }
 
-}  // namespace ablation
-}  // namespace pellicle
+}  // namespace pellicle::ablation

@@ -10,8 +10,7 @@
 #include "parallel/field.h"
 #include "surface/active_set.h"
 
-namespace pellicle {
-inline namespace ablation {
+namespace pellicle::ablation {
 
 /// Data of a step for cracks.
 struct CrackInput {
@@ -75,5 +74,4 @@ class Cracks {
   Field largest_overload_;  ///< of the sides at each local corner, and of each local quad at its lattice point
 };
 
-}  // namespace ablation
-}  // namespace pellicle
+}  // namespace pellicle::ablation

@@ -12,8 +12,7 @@
 #include "parallel/exchange.h"
 #include "parallel/route.h"
 
-namespace pellicle {
-inline namespace ablation {
+namespace pellicle::ablation {
 
 namespace {
 
@@ -197,5 +196,4 @@ DrawnSurface whole_surface(const Surface& surface) {
   return cut_surface(surface, ActiveSet(surface), std::vector<double>(surface.particles.local(), 1.0));
 }
 
-}  // namespace ablation
-}  // namespace pellicle
+}  // namespace pellicle::ablation

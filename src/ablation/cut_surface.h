@@ -6,8 +6,7 @@
 #include "surface/active_set.h"
 #include "surface/drawn_surface.h"
 
-namespace pellicle {
-inline namespace ablation {
+namespace pellicle::ablation {
 
 /// The id of a cut point between particles of the ids a < b is -(a cut_id_stride + b) - 1. The stride is larger than
 /// any id, and fixed, since cracks add ids.
@@ -32,5 +31,4 @@ double largest_drawn(const Surface& surface, const ActiveSet& active, const std:
 /// The whole surface, uncut. Collective.
 DrawnSurface whole_surface(const Surface& surface);
 
-}  // namespace ablation
-}  // namespace pellicle
+}  // namespace pellicle::ablation

@@ -5,8 +5,7 @@
 
 #include "geometry/pressure_load.h"
 
-namespace pellicle {
-inline namespace ablation {
+namespace pellicle::ablation {
 
 namespace {
 
@@ -137,5 +136,4 @@ std::vector<double> DrawnShares::density(const Field& amount) const {
   return density;
 }
 
-}  // namespace ablation
-}  // namespace pellicle
+}  // namespace pellicle::ablation

@@ -7,8 +7,7 @@
 #include "surface/drawn_surface.h"
 #include "surface/sheet.h"
 
-namespace pellicle {
-inline namespace ablation {
+namespace pellicle::ablation {
 
 /// Distributes an amount of the particles of a sheet, such as mass, over the drawn part of its cells without loss: the
 /// sum of density times area over the drawn triangles of all ranks is the sum over the particles.
@@ -46,5 +45,4 @@ class DrawnShares {
   Field given_;                 ///< by each particle to others: the sum of the receivers' weights
 };
 
-}  // namespace ablation
-}  // namespace pellicle
+}  // namespace pellicle::ablation

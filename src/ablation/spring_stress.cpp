@@ -4,8 +4,7 @@
 
 #include "surface/drawn_places.h"
 
-namespace pellicle {
-inline namespace ablation {
+namespace pellicle::ablation {
 
 namespace {
 
@@ -62,5 +61,4 @@ const std::vector<Eigen::Matrix3d>& SpringStress::find(const ActiveSet& active,
   return stress_;
 }
 
-}  // namespace ablation
-}  // namespace pellicle
+}  // namespace pellicle::ablation

@@ -8,8 +8,7 @@
 #include "surface/active_set.h"
 #include "surface/sheet.h"
 
-namespace pellicle {
-inline namespace ablation {
+namespace pellicle::ablation {
 
 /// Stress of the cells of a sheet, of which its springs are the material: by it a sheet of paper tears, which the
 /// burning paper leaves out (section 8.2; see Cracks).
@@ -44,5 +43,4 @@ class SpringStress {
   std::vector<Eigen::Matrix3d> stress_;  ///< of each local cell [N/m]
 };
 
-}  // namespace ablation
-}  // namespace pellicle
+}  // namespace pellicle::ablation

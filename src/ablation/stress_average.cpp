@@ -8,8 +8,7 @@
 #include "parallel/collective.h"
 #include "surface/drawn_places.h"
 
-namespace pellicle {
-inline namespace ablation {
+namespace pellicle::ablation {
 
 namespace {
 
@@ -134,5 +133,4 @@ std::vector<double> StressAverage::of(const std::vector<double>& tension, const 
   return result;
 }
 
-}  // namespace ablation
-}  // namespace pellicle
+}  // namespace pellicle::ablation

@@ -8,8 +8,7 @@
 #include "surface/active_set.h"
 #include "surface/surface.h"
 
-namespace pellicle {
-inline namespace ablation {
+namespace pellicle::ablation {
 
 /// Averages tension over a length of the undeformed surface, so that the load at which a singular stress makes the
 /// surface crack, at the corner of a clamp or at the tip of a crack, does not depend on the mesh.
@@ -50,5 +49,4 @@ class StressAverage {
   std::vector<double> weight_;  ///< of the local particles: active mass round them
 };
 
-}  // namespace ablation
-}  // namespace pellicle
+}  // namespace pellicle::ablation

@@ -6,8 +6,7 @@
 
 #include "surface/drawn_places.h"
 
-namespace pellicle {
-inline namespace air {
+namespace pellicle::air {
 
 AirDrag::AirDrag(const Surface& surface, const AirOptions& options)
     : surface_(surface),
@@ -77,5 +76,4 @@ void AirDrag::accelerate(Field& velocity, const std::vector<double>& mass, doubl
   velocity.update_ghosts();
 }
 
-}  // namespace air
-}  // namespace pellicle
+}  // namespace pellicle::air

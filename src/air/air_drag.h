@@ -7,8 +7,7 @@
 #include "parallel/field.h"
 #include "surface/surface.h"
 
-namespace pellicle {
-inline namespace air {
+namespace pellicle::air {
 
 /// Data of a step for the drag.
 struct AirInput {
@@ -62,5 +61,4 @@ class AirDrag {
   Eigen::Matrix3Xd impulse_;                 ///< b of the owned particles
 };
 
-}  // namespace air
-}  // namespace pellicle
+}  // namespace pellicle::air

@@ -1,7 +1,6 @@
 #include "air/air_options.h"
 
-namespace pellicle {
-inline namespace air {
+namespace pellicle::air {
 
 void describe(OptionTable& table, AirOptions& options) {
   table.add("force.air_density", options.density, Rules("kg/m^3").at_least(0),
@@ -32,5 +31,4 @@ void describe(OptionTable& table, AirOptions& options) {
   });
 }
 
-}  // namespace air
-}  // namespace pellicle
+}  // namespace pellicle::air

@@ -2,8 +2,7 @@
 
 #include "options/options.h"
 
-namespace pellicle {
-inline namespace air {
+namespace pellicle::air {
 
 /// Motion of the air.
 struct WindOptions {
@@ -23,5 +22,4 @@ struct AirOptions {
 
 void describe(OptionTable& table, AirOptions& options);
 
-}  // namespace air
-}  // namespace pellicle
+}  // namespace pellicle::air

@@ -5,8 +5,7 @@
 #include "air/air_drag.h"
 #include "energies/vertex_potential.h"
 
-namespace pellicle {
-inline namespace air {
+namespace pellicle::air {
 
 /// The drag of an implicit step as a potential of the positions x at its end,
 ///
@@ -27,5 +26,4 @@ std::unique_ptr<Potential> make_drag_potential(const Layout& vertices, const Air
   });
 }
 
-}  // namespace air
-}  // namespace pellicle
+}  // namespace pellicle::air

@@ -9,8 +9,7 @@
 #include "geometry/key_points.h"
 #include "geometry/pi.h"
 
-namespace pellicle {
-inline namespace air {
+namespace pellicle::air {
 
 Wind::Wind(const WindOptions& options) : options_(options) {
   if (const std::string fault = fault_of_key_points(options.velocity); !fault.empty()) {
@@ -65,5 +64,4 @@ Eigen::Vector3d Wind::at(const Eigen::Vector3d& x) const {
   return velocity;
 }
 
-}  // namespace air
-}  // namespace pellicle
+}  // namespace pellicle::air

@@ -5,8 +5,7 @@
 
 #include "air/air_options.h"
 
-namespace pellicle {
-inline namespace air {
+namespace pellicle::air {
 
 /// The velocity of the air by place and time: the mean U(t) of the key points, plus turbulence of N random Fourier
 /// modes (Kraichnan, Phys. Fluids 13, 22 (1970)) that the mean carries along (Taylor's hypothesis), in proportion to
@@ -45,5 +44,4 @@ class Wind {
   double rms_ = 0;                                     ///< I |U(t)| [m/s]
 };
 
-}  // namespace air
-}  // namespace pellicle
+}  // namespace pellicle::air

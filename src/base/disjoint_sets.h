@@ -5,8 +5,9 @@
 #include <numeric>
 #include <vector>
 
-namespace pellicle {
-inline namespace base {
+#include "base/namespaces.h"
+
+namespace pellicle::base {
 
 /// The numbers 0 to count - 1 in sets that can be united. The lowest number of a set represents it.
 class DisjointSets {
@@ -29,5 +30,4 @@ class DisjointSets {
   std::vector<std::size_t> parent_;
 };
 
-}  // namespace base
-}  // namespace pellicle
+}  // namespace pellicle::base

@@ -8,8 +8,7 @@
 #include <new>
 #include <utility>
 
-namespace pellicle {
-inline namespace base {
+namespace pellicle::base {
 
 namespace {
 
@@ -123,5 +122,4 @@ PetscErrorCode code_of_exception() noexcept {
   }
 }
 
-}  // namespace base
-}  // namespace pellicle
+}  // namespace pellicle::base

@@ -7,8 +7,9 @@
 #include <string>
 #include <vector>
 
-namespace pellicle {
-inline namespace base {
+#include "base/namespaces.h"
+
+namespace pellicle::base {
 
 /// Bad input, or a situation that the user must put right: `what()` is one line that names the file, key or element,
 /// the value, and what was expected. `main` prints it once and ends with exit code 1.
@@ -82,5 +83,4 @@ PetscErrorCode as_petsc_callback(const Work& work) noexcept {
   }
 }
 
-}  // namespace base
-}  // namespace pellicle
+}  // namespace pellicle::base

@@ -8,8 +8,7 @@
 
 #include "base/error.h"
 
-namespace pellicle {
-inline namespace base {
+namespace pellicle::base {
 
 /// Owns one PETSc object: move-only, destroyed with its scope. Every handle must die before PetscFinalize.
 template <class T, PetscErrorCode (*destroy)(T*)>
@@ -65,5 +64,4 @@ bool has_type(Object* object, std::initializer_list<const char*> types) {
   });
 }
 
-}  // namespace base
-}  // namespace pellicle
+}  // namespace pellicle::base

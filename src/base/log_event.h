@@ -4,8 +4,7 @@
 
 #include "base/error.h"
 
-namespace pellicle {
-inline namespace base {
+namespace pellicle::base {
 
 /// A line of `-log_view`, made by the first call with this name; for a static variable.
 inline PetscLogEvent log_event(const char* name) {
@@ -30,5 +29,4 @@ class LogScope {
   PetscLogEvent event_;
 };
 
-}  // namespace base
-}  // namespace pellicle
+}  // namespace pellicle::base

@@ -10,8 +10,7 @@
 
 #include "base/error.h"
 
-namespace pellicle {
-inline namespace base {
+namespace pellicle::base {
 
 namespace {
 
@@ -94,5 +93,4 @@ void require_memory(const std::string& what, double bytes) {
   }
 }
 
-}  // namespace base
-}  // namespace pellicle
+}  // namespace pellicle::base

@@ -2,8 +2,9 @@
 
 #include <string>
 
-namespace pellicle {
-inline namespace base {
+#include "base/namespaces.h"
+
+namespace pellicle::base {
 
 /// Memory that this process may still take [bytes]: the machine's available memory, within the limits of control group
 /// and `ulimit -v`. Not collective.
@@ -15,5 +16,4 @@ double available_memory();
 /// @throws Error "WHAT needs about 4e+09 GB of memory, expected no more than the 12 GB that are available"
 void require_memory(const std::string& what, double bytes);
 
-}  // namespace base
-}  // namespace pellicle
+}  // namespace pellicle::base

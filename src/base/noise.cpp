@@ -2,8 +2,7 @@
 
 #include <cmath>
 
-namespace pellicle {
-inline namespace base {
+namespace pellicle::base {
 
 double noise(int seed, std::uint64_t number) {
   // SplitMix64's finaliser, applied to both combined.
@@ -50,5 +49,4 @@ double noise(int seed, const Eigen::Vector3d& place) {
   return std::erf(sum / std::sqrt(2 * squares));  // The normal distribution's share below sum / sqrt(squares), from -1.
 }
 
-}  // namespace base
-}  // namespace pellicle
+}  // namespace pellicle::base

@@ -3,8 +3,9 @@
 #include <Eigen/Core>
 #include <cstdint>
 
-namespace pellicle {
-inline namespace base {
+#include "base/namespaces.h"
+
+namespace pellicle::base {
 
 /// A uniform random number in [-1, 1) that depends on seed and number alone, so that it is the same on every rank.
 double noise(int seed, std::uint64_t number);
@@ -14,5 +15,4 @@ double noise(int seed, std::uint64_t number);
 /// @param place in units of the field's length, each coordinate at most 1e15 in size
 double noise(int seed, const Eigen::Vector3d& place);
 
-}  // namespace base
-}  // namespace pellicle
+}  // namespace pellicle::base

@@ -2,12 +2,10 @@
 
 #include "revision_text.h"  // written by the build
 
-namespace pellicle {
-inline namespace base {
+namespace pellicle::base {
 
 const char* version() { return PELLICLE_VERSION; }
 
 const char* git_revision() { return PELLICLE_GIT_REVISION; }
 
-}  // namespace base
-}  // namespace pellicle
+}  // namespace pellicle::base

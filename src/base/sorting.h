@@ -8,8 +8,9 @@
 #include <utility>
 #include <vector>
 
-namespace pellicle {
-inline namespace base {
+#include "base/namespaces.h"
+
+namespace pellicle::base {
 
 /// The numbers 0, 1, 2, ..., of which there are `count`.
 template <class Number = int>
@@ -35,5 +36,4 @@ std::vector<Value> without_repeats(std::vector<Value> values) {
   return values;
 }
 
-}  // namespace base
-}  // namespace pellicle
+}  // namespace pellicle::base

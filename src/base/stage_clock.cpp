@@ -6,8 +6,7 @@
 
 #include "base/error.h"
 
-namespace pellicle {
-inline namespace base {
+namespace pellicle::base {
 
 StageClock::StageClock(const std::vector<std::string>& names) : start_(MPI_Wtime()) {
   for (const std::string& name : names) {
@@ -48,5 +47,4 @@ void StageClock::start_lap() {
 
 double StageClock::elapsed() const { return MPI_Wtime() - start_; }
 
-}  // namespace base
-}  // namespace pellicle
+}  // namespace pellicle::base

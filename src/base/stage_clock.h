@@ -5,8 +5,9 @@
 #include <string>
 #include <vector>
 
-namespace pellicle {
-inline namespace base {
+#include "base/namespaces.h"
+
+namespace pellicle::base {
 
 /// Cost of one stage of a step so far.
 struct StageTime {
@@ -55,5 +56,4 @@ class StageClock {
   double start_;
 };
 
-}  // namespace base
-}  // namespace pellicle
+}  // namespace pellicle::base

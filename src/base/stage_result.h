@@ -2,8 +2,9 @@
 
 #include <string>
 
-namespace pellicle {
-inline namespace base {
+#include "base/namespaces.h"
+
+namespace pellicle::base {
 
 /// Result of a stage. Divergence is a result, not an error: the step control decides on it.
 struct StageResult {
@@ -21,5 +22,4 @@ struct StageResult {
   }
 };
 
-}  // namespace base
-}  // namespace pellicle
+}  // namespace pellicle::base

@@ -9,8 +9,7 @@
 #include <cstring>
 #include <utility>
 
-namespace pellicle {
-inline namespace base {
+namespace pellicle::base {
 
 namespace {
 
@@ -189,5 +188,4 @@ std::string signal_name(int signal) {
   return name.empty() ? "signal " + std::to_string(signal) : name;
 }
 
-}  // namespace base
-}  // namespace pellicle
+}  // namespace pellicle::base

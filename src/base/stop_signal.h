@@ -7,8 +7,7 @@
 
 #include "base/error.h"
 
-namespace pellicle {
-inline namespace base {
+namespace pellicle::base {
 
 /// A signal has ended the run, and its state has been saved. `main` exits with 128 + the signal, as shells expect.
 class Interrupted : public Error {
@@ -70,5 +69,4 @@ void leave_if_stopped();
 /// "SIGTERM"
 std::string signal_name(int signal);
 
-}  // namespace base
-}  // namespace pellicle
+}  // namespace pellicle::base

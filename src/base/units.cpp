@@ -14,8 +14,7 @@
 
 #include "base/error.h"
 
-namespace pellicle {
-inline namespace base {
+namespace pellicle::base {
 
 namespace {
 
@@ -237,5 +236,4 @@ std::string number_text(double value) {
   return text;
 }
 
-}  // namespace base
-}  // namespace pellicle
+}  // namespace pellicle::base

@@ -3,8 +3,9 @@
 #include <array>
 #include <string>
 
-namespace pellicle {
-inline namespace base {
+#include "base/namespaces.h"
+
+namespace pellicle::base {
 
 /// Exponents of metre, kilogram, second, kelvin, mole and radian: an angle is not a pure number, so that neither is
 /// read as the other.
@@ -42,5 +43,4 @@ std::string number_text(double value);
 /// A text without the blanks at its ends.
 std::string trimmed(const std::string& text);
 
-}  // namespace base
-}  // namespace pellicle
+}  // namespace pellicle::base

@@ -2,8 +2,7 @@
 
 #include <algorithm>
 
-namespace pellicle {
-inline namespace combustion {
+namespace pellicle::combustion {
 
 double burn(Field& mass, Field& mass_change, const Surface& surface, const BurnInput& input,
             const CombustionOptions& options) {
@@ -84,5 +83,4 @@ void set_surface_lengths(TargetLengths& lengths, const Sheet& sheet, const Activ
   }
 }
 
-}  // namespace combustion
-}  // namespace pellicle
+}  // namespace pellicle::combustion

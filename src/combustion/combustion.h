@@ -8,8 +8,7 @@
 #include "surface/active_set.h"
 #include "surface/sheet.h"
 
-namespace pellicle {
-inline namespace combustion {
+namespace pellicle::combustion {
 
 /// Target lengths of the local springs of each colour [m].
 using TargetLengths = std::array<std::vector<double>, 4>;
@@ -55,5 +54,4 @@ void set_target_lengths(TargetLengths& lengths, const Sheet& sheet, const std::v
 void set_surface_lengths(TargetLengths& lengths, const Sheet& sheet, const ActiveSet& active,
                          const std::vector<double>& ratio);
 
-}  // namespace combustion
-}  // namespace pellicle
+}  // namespace pellicle::combustion

@@ -2,8 +2,7 @@
 
 #include "options/options.h"
 
-namespace pellicle {
-inline namespace combustion {
+namespace pellicle::combustion {
 
 void describe(OptionTable& table, CombustionOptions& options) {
   table.add("combustion.ignition_temperature", options.ignition_temperature, Rules("K").at_least(0),
@@ -35,5 +34,4 @@ void describe(OptionTable& table, CombustionOptions& options) {
             "docs/theory.md: readings");
 }
 
-}  // namespace combustion
-}  // namespace pellicle
+}  // namespace pellicle::combustion

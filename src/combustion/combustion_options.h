@@ -3,11 +3,13 @@
 #include <string>
 #include <vector>
 
-namespace pellicle {
-inline namespace options {
+#include "base/namespaces.h"
+
+namespace pellicle::options {
 class OptionTable;
-}  // namespace options
-inline namespace combustion {
+}  // namespace pellicle::options
+
+namespace pellicle::combustion {
 
 /// Loss of mass by burning and the resulting shrinkage (burning paper, section 6).
 struct CombustionOptions {
@@ -26,5 +28,4 @@ struct CombustionOptions {
 /// Declares the options `combustion.*`.
 void describe(OptionTable& table, CombustionOptions& options);
 
-}  // namespace combustion
-}  // namespace pellicle
+}  // namespace pellicle::combustion

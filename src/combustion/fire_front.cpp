@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace pellicle {
-inline namespace combustion {
+namespace pellicle::combustion {
 
 namespace {
 
@@ -39,5 +38,4 @@ std::optional<FireFront> fire_front(const FrontInput& input, const CombustionOpt
   return FireFront{speed, input.diffusivity / speed};
 }
 
-}  // namespace combustion
-}  // namespace pellicle
+}  // namespace pellicle::combustion

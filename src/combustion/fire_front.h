@@ -4,8 +4,7 @@
 
 #include "combustion/combustion_options.h"
 
-namespace pellicle {
-inline namespace combustion {
+namespace pellicle::combustion {
 
 /// Properties that determine a fire front, besides those of combustion.
 struct FrontInput {
@@ -34,5 +33,4 @@ double heat_over_ignition(const FrontInput& input, const CombustionOptions& opti
 /// (docs/fire.md) are 1.1 to 1.2 times as fast, since material that has lost mass conducts better.
 std::optional<FireFront> fire_front(const FrontInput& input, const CombustionOptions& options);
 
-}  // namespace combustion
-}  // namespace pellicle
+}  // namespace pellicle::combustion

@@ -11,8 +11,7 @@
 #include "base/units.h"
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace constraints {
+namespace pellicle::constraints {
 
 namespace {
 
@@ -126,5 +125,4 @@ Constraints::Constraints(const Surface& points, const std::map<std::string, Symm
   }
 }
 
-}  // namespace constraints
-}  // namespace pellicle
+}  // namespace pellicle::constraints

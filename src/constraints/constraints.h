@@ -10,8 +10,7 @@
 #include "options/options.h"
 #include "surface/surface.h"
 
-namespace pellicle {
-inline namespace constraints {
+namespace pellicle::constraints {
 
 /// A symmetry plane in a deck, one of the named objects `symmetry`. Vertices in the plane stay in it.
 struct SymmetryOptions {
@@ -42,5 +41,4 @@ class Constraints {
   SymmetryPlanes planes_;
 };
 
-}  // namespace constraints
-}  // namespace pellicle
+}  // namespace pellicle::constraints

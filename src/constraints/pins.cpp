@@ -5,8 +5,7 @@
 #include "base/error.h"
 #include "geometry/key_points.h"
 
-namespace pellicle {
-inline namespace constraints {
+namespace pellicle::constraints {
 
 namespace {
 
@@ -99,5 +98,4 @@ void Pins::impose(Field& positions, double time) const {
   }
 }
 
-}  // namespace constraints
-}  // namespace pellicle
+}  // namespace pellicle::constraints

@@ -11,8 +11,7 @@
 #include "parallel/field.h"
 #include "surface/surface.h"
 
-namespace pellicle {
-inline namespace constraints {
+namespace pellicle::constraints {
 
 /// Held particles in a deck, one of the named objects `pins`.
 struct PinOptions : SelectionOptions {
@@ -71,5 +70,4 @@ class Pins {
   std::vector<bool> pinned_;
 };
 
-}  // namespace constraints
-}  // namespace pellicle
+}  // namespace pellicle::constraints

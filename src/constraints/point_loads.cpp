@@ -7,8 +7,7 @@
 #include "geometry/key_points.h"
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace constraints {
+namespace pellicle::constraints {
 
 void describe(OptionTable& table, AttachmentOptions& options) {
   describe(table, static_cast<PinOptions&>(options));
@@ -95,5 +94,4 @@ PointPotential PointLoads::at(PetscInt particle, const Eigen::Vector3d& x) const
   return sum;
 }
 
-}  // namespace constraints
-}  // namespace pellicle
+}  // namespace pellicle::constraints

@@ -11,8 +11,7 @@
 #include "parallel/field.h"
 #include "surface/surface.h"
 
-namespace pellicle {
-inline namespace constraints {
+namespace pellicle::constraints {
 
 /// Vertices tied to moving places by springs of zero length: one of the named objects `attachments`, a soft pin.
 struct AttachmentOptions : PinOptions {
@@ -72,5 +71,4 @@ class PointLoads {
   std::vector<Push> pushes_;
 };
 
-}  // namespace constraints
-}  // namespace pellicle
+}  // namespace pellicle::constraints

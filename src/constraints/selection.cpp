@@ -10,8 +10,7 @@
 #include "parallel/exchange.h"
 #include "surface/groups.h"
 
-namespace pellicle {
-inline namespace constraints {
+namespace pellicle::constraints {
 
 namespace {
 
@@ -131,5 +130,4 @@ std::vector<bool> select(const Surface& points, const std::string& key, const Se
   return chosen;
 }
 
-}  // namespace constraints
-}  // namespace pellicle
+}  // namespace pellicle::constraints

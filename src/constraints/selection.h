@@ -9,8 +9,7 @@
 #include "options/options.h"
 #include "surface/surface.h"
 
-namespace pellicle {
-inline namespace constraints {
+namespace pellicle::constraints {
 
 enum class Layer { corners, lattice, both };
 inline std::vector<std::string> names_of(Layer) { return {"corners", "lattice", "both"}; }
@@ -36,5 +35,4 @@ std::vector<bool> select(const Surface& points, const std::string& key, const Se
 /// The smallest box round the undeformed places of the chosen owned particles of all ranks [m]. Collective.
 Eigen::AlignedBox3d bounding_box(const Surface& points, const std::vector<bool>& chosen);
 
-}  // namespace constraints
-}  // namespace pellicle
+}  // namespace pellicle::constraints

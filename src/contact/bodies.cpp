@@ -16,8 +16,7 @@
 #include "parallel/collective.h"
 #include "surface/drawn_places.h"
 
-namespace pellicle {
-inline namespace contact {
+namespace pellicle::contact {
 
 namespace {
 
@@ -244,5 +243,4 @@ std::string triangles_inside(const std::vector<Body>& bodies, double time, const
   });
 }
 
-}  // namespace contact
-}  // namespace pellicle
+}  // namespace pellicle::contact

@@ -13,8 +13,7 @@
 #include "parallel/field.h"
 #include "surface/surface.h"
 
-namespace pellicle {
-inline namespace contact {
+namespace pellicle::contact {
 
 /// Shape of a body: the number of its kind among shape_kinds(), or the number behind the last one for a mesh.
 enum class BodyShape : int {};
@@ -91,5 +90,4 @@ std::string particles_inside(const std::vector<Body>& bodies, double time, const
 std::string triangles_inside(const std::vector<Body>& bodies, double time, const Surface& surface,
                              const Field& positions, const std::vector<bool>& constrained, double least);
 
-}  // namespace contact
-}  // namespace pellicle
+}  // namespace pellicle::contact

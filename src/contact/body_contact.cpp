@@ -9,8 +9,7 @@
 #include "parallel/collective.h"
 #include "surface/drawn_places.h"
 
-namespace pellicle {
-inline namespace contact {
+namespace pellicle::contact {
 
 namespace {
 
@@ -489,5 +488,4 @@ PetscInt BodyContact::contacts(const Field& x) const {
   return static_cast<PetscInt>(std::count(touches.begin(), touches.end(), true));
 }
 
-}  // namespace contact
-}  // namespace pellicle
+}  // namespace pellicle::contact

@@ -13,8 +13,7 @@
 #include "geometry/deepest_point.h"
 #include "surface/surface.h"
 
-namespace pellicle {
-inline namespace contact {
+namespace pellicle::contact {
 
 /// Bodies that press on an elastic sheet or a balloon: a Barrier, cubic in the outermost twentieth, of the gap between
 /// a body's surface, with its margin, and
@@ -160,5 +159,4 @@ class BodyContact : public Potential {
 /// Gap below which bodies press on a surface: as given, or else a tenth of the mean side of the mesh [m]. Collective.
 double contact_thickness(const Surface& surface, const ContactOptions& options);
 
-}  // namespace contact
-}  // namespace pellicle
+}  // namespace pellicle::contact

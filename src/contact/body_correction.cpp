@@ -3,8 +3,7 @@
 #include "contact/contact_laws.h"
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace contact {
+namespace pellicle::contact {
 
 namespace {
 
@@ -245,5 +244,4 @@ std::string BodyCorrection::fault(const std::vector<BodyLoad>& loads) const {
   return entered_too_deep(bodies(), loads, tolerance * sweep_.thickness());
 }
 
-}  // namespace contact
-}  // namespace pellicle
+}  // namespace pellicle::contact

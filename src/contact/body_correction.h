@@ -7,8 +7,7 @@
 
 #include "contact/body_sweep.h"
 
-namespace pellicle {
-inline namespace contact {
+namespace pellicle::contact {
 
 /// Data of a step for contact with bodies.
 struct ContactStep {
@@ -92,5 +91,4 @@ class BodyCorrection {
   std::vector<bool> is_touched_;  ///< of the owned particles, in the last correction
 };
 
-}  // namespace contact
-}  // namespace pellicle
+}  // namespace pellicle::contact

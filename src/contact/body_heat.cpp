@@ -9,8 +9,7 @@
 #include "geometry/deepest_point.h"
 #include "surface/drawn_places.h"
 
-namespace pellicle {
-inline namespace contact {
+namespace pellicle::contact {
 
 namespace {
 
@@ -235,5 +234,4 @@ BodyHeat exchange_with_bodies(Field& temperature, const Surface& surface, const 
   return heat;
 }
 
-}  // namespace contact
-}  // namespace pellicle
+}  // namespace pellicle::contact

@@ -8,8 +8,7 @@
 #include "surface/active_set.h"
 #include "surface/surface.h"
 
-namespace pellicle {
-inline namespace contact {
+namespace pellicle::contact {
 
 /// Data of a step for the heat exchange with bodies.
 struct BodyHeatInput {
@@ -51,5 +50,4 @@ BodyHeat exchange_with_bodies(Field& temperature, const Surface& surface, const 
 /// Whether any of the bodies has a temperature.
 bool exchange_heat(const std::map<std::string, BodyOptions>& bodies);
 
-}  // namespace contact
-}  // namespace pellicle
+}  // namespace pellicle::contact

@@ -6,8 +6,7 @@
 
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace contact {
+namespace pellicle::contact {
 
 namespace {
 
@@ -277,5 +276,4 @@ bool BodySweep::shorten(const Field* from, Field& to, bool at_surface, StepLimit
   return true;
 }
 
-}  // namespace contact
-}  // namespace pellicle
+}  // namespace pellicle::contact

@@ -14,8 +14,7 @@
 #include "surface/drawn_surface.h"
 #include "surface/surface.h"
 
-namespace pellicle {
-inline namespace contact {
+namespace pellicle::contact {
 
 /// Corners of an element; the last one of a triangle comes twice.
 inline std::array<PetscInt, 4> corners_of(const Surface& surface, std::size_t element) {
@@ -166,5 +165,4 @@ class BodySweep {
   std::vector<Moved> moved_;
 };
 
-}  // namespace contact
-}  // namespace pellicle
+}  // namespace pellicle::contact

@@ -4,8 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-namespace pellicle {
-inline namespace contact {
+#include "base/namespaces.h"
+
+namespace pellicle::contact {
 
 /// Potential that keeps two surfaces apart, by their gap g [m]: a spring of stiffness k below the gap d, the thickness;
 /// its outermost part, of length w, is cubic, so that the force sets in smoothly. With s = d - g
@@ -100,5 +101,4 @@ class SlipTangent {
   Eigen::Vector3d direction_ = Eigen::Vector3d::Zero();  ///< w
 };
 
-}  // namespace contact
-}  // namespace pellicle
+}  // namespace pellicle::contact

@@ -9,8 +9,7 @@
 #include "parallel/collective.h"
 #include "parallel/route.h"
 
-namespace pellicle {
-inline namespace contact {
+namespace pellicle::contact {
 
 namespace {
 
@@ -287,5 +286,4 @@ void ContactMesh::write_points(const Field& x, Eigen::Matrix3Xd& points) const {
   }
 }
 
-}  // namespace contact
-}  // namespace pellicle
+}  // namespace pellicle::contact

@@ -9,8 +9,7 @@
 #include "geometry/box_tree.h"
 #include "parallel/field.h"
 
-namespace pellicle {
-inline namespace contact {
+namespace pellicle::contact {
 
 /// The surface triangles that may touch this rank's part of a surface: its own, and those of other ranks that are near
 /// in space.
@@ -128,5 +127,4 @@ class ContactMesh {
   std::vector<bool> has_;  ///< of the particles in reach
 };
 
-}  // namespace contact
-}  // namespace pellicle
+}  // namespace pellicle::contact

@@ -1,7 +1,6 @@
 #include "contact/contact_options.h"
 
-namespace pellicle {
-inline namespace contact {
+namespace pellicle::contact {
 
 void describe(OptionTable& table, ContactOptions& options, const Condition& bodies, const Condition& body_friction) {
   const Condition touches{"bodies, or contact.self", [&options, bodies] { return options.self || bodies.holds(); }};
@@ -33,5 +32,4 @@ void describe(OptionTable& table, ContactOptions& options, const Condition& bodi
             "along a surface: friction grows up to this speed, at which it is Coulomb's", "docs/theory.md: parameters");
 }
 
-}  // namespace contact
-}  // namespace pellicle
+}  // namespace pellicle::contact

@@ -7,8 +7,7 @@
 #include "options/choice.h"
 #include "options/options.h"
 
-namespace pellicle {
-inline namespace contact {
+namespace pellicle::contact {
 
 /// How a run treats surfaces that pass through themselves or each other at its start.
 enum class ContactStart { accept, untangle, refuse };
@@ -28,5 +27,4 @@ struct ContactOptions {
 /// @param bodies if contact.stiffness acts on bodies @param body_friction if a body has friction
 void describe(OptionTable& table, ContactOptions& options, const Condition& bodies, const Condition& body_friction);
 
-}  // namespace contact
-}  // namespace pellicle
+}  // namespace pellicle::contact

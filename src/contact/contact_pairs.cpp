@@ -5,8 +5,7 @@
 
 #include "contact/crack_faces.h"
 
-namespace pellicle {
-inline namespace contact {
+namespace pellicle::contact {
 
 namespace {
 
@@ -257,5 +256,4 @@ bool renew_contact_pairs(const ContactMesh& mesh, const Eigen::Matrix3Xd& places
   return Search(mesh, places).refresh(pairs);
 }
 
-}  // namespace contact
-}  // namespace pellicle
+}  // namespace pellicle::contact

@@ -8,8 +8,7 @@
 #include "contact/contact_mesh.h"
 #include "geometry/nearest_points.h"
 
-namespace pellicle {
-inline namespace contact {
+namespace pellicle::contact {
 
 /// A point and a triangle, or two edges, that may touch.
 struct ContactPair {
@@ -72,5 +71,4 @@ constexpr double room_share = 0.9;
 /// known on which side of each other they are, they are no pair, and may pass through each other
 bool renew_contact_pairs(const ContactMesh& mesh, const Eigen::Matrix3Xd& places, std::vector<ContactPair>& pairs);
 
-}  // namespace contact
-}  // namespace pellicle
+}  // namespace pellicle::contact

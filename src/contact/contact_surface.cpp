@@ -7,8 +7,7 @@
 #include "parallel/collective.h"
 #include "surface/drawn_places.h"
 
-namespace pellicle {
-inline namespace contact {
+namespace pellicle::contact {
 
 namespace {
 
@@ -82,5 +81,4 @@ double usual_contact_stiffness(const Surface& surface, double tension, double ar
   return 20 * tension / (side * side) + 4 * areal_mass / (h * h);
 }
 
-}  // namespace contact
-}  // namespace pellicle
+}  // namespace pellicle::contact

@@ -8,8 +8,7 @@
 #include "parallel/joined_layout.h"
 #include "surface/surface.h"
 
-namespace pellicle {
-inline namespace contact {
+namespace pellicle::contact {
 
 /// The drawn surfaces that touch each other, of one object or of several, as one: their particles are numbered in one
 /// sequence as by JoinedLayout, and so are their elements.
@@ -73,5 +72,4 @@ double mean_side(const Surface& surface);
 /// @param tension T, the largest [N/m] @param areal_mass m, 0 without inertia [kg/m^2] @param h of most steps [s]
 double usual_contact_stiffness(const Surface& surface, double tension, double areal_mass, double h);
 
-}  // namespace contact
-}  // namespace pellicle
+}  // namespace pellicle::contact

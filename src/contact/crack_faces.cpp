@@ -10,8 +10,7 @@
 #include "parallel/collective.h"
 #include "surface/drawn_places.h"
 
-namespace pellicle {
-inline namespace contact {
+namespace pellicle::contact {
 
 namespace {
 
@@ -178,5 +177,4 @@ void separate_crack_faces(const std::vector<CrackedSurface>& surfaces) {
   }
 }
 
-}  // namespace contact
-}  // namespace pellicle
+}  // namespace pellicle::contact

@@ -5,8 +5,7 @@
 #include "contact/contact_surface.h"
 #include "surface/split_corners.h"
 
-namespace pellicle {
-inline namespace contact {
+namespace pellicle::contact {
 
 /// Gap, as a fraction of the thickness, at which things that are in one place undeformed, such as the crack faces of a
 /// crack, begin to press.
@@ -39,5 +38,4 @@ struct CrackedSurface {
 /// @param surfaces all that touch each other
 void separate_crack_faces(const std::vector<CrackedSurface>& surfaces);
 
-}  // namespace contact
-}  // namespace pellicle
+}  // namespace pellicle::contact

@@ -15,8 +15,7 @@
 #include "parallel/collective.h"
 #include "surface/drawn_places.h"
 
-namespace pellicle {
-inline namespace contact {
+namespace pellicle::contact {
 
 namespace {
 
@@ -218,5 +217,4 @@ std::string crossing_words(const Crossings& crossings, const std::vector<std::st
                              crossings.place[0], crossings.place[1], crossings.place[2]);
 }
 
-}  // namespace contact
-}  // namespace pellicle
+}  // namespace pellicle::contact

@@ -10,8 +10,7 @@
 #include "parallel/field.h"
 #include "surface/surface.h"
 
-namespace pellicle {
-inline namespace contact {
+namespace pellicle::contact {
 
 /// Crossings and contacts of drawn surfaces with themselves and each other.
 struct Crossings {
@@ -51,5 +50,4 @@ Crossings find_new_crossings(const std::vector<PlacedSurface>& before, const std
 /// examined objects, empty for those that the words do not name
 std::string crossing_words(const Crossings& crossings, const std::vector<std::string>& names);
 
-}  // namespace contact
-}  // namespace pellicle
+}  // namespace pellicle::contact

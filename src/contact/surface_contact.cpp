@@ -5,8 +5,7 @@
 
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace contact {
+namespace pellicle::contact {
 
 namespace {
 
@@ -597,5 +596,4 @@ ContactFigures SurfaceContact::figures(const Field& x) const {
   return figures;
 }
 
-}  // namespace contact
-}  // namespace pellicle
+}  // namespace pellicle::contact

@@ -12,8 +12,7 @@
 #include "contact/contact_surface.h"
 #include "energies/potential.h"
 
-namespace pellicle {
-inline namespace contact {
+namespace pellicle::contact {
 
 /// State of the contact between drawn surfaces, for output.
 struct ContactFigures {
@@ -192,5 +191,4 @@ class SurfaceContact : public Potential {
   SmoothSlip slip_;  ///< of the step
 };
 
-}  // namespace contact
-}  // namespace pellicle
+}  // namespace pellicle::contact

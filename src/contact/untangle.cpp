@@ -14,8 +14,7 @@
 #include "geometry/box_tree.h"
 #include "geometry/triangle_intersection.h"
 
-namespace pellicle {
-inline namespace contact {
+namespace pellicle::contact {
 
 namespace {
 
@@ -324,5 +323,4 @@ int untangle(TangledMesh& mesh) {
   }
 }
 
-}  // namespace contact
-}  // namespace pellicle
+}  // namespace pellicle::contact

@@ -4,8 +4,9 @@
 #include <array>
 #include <vector>
 
-namespace pellicle {
-inline namespace contact {
+#include "base/namespaces.h"
+
+namespace pellicle::contact {
 
 /// Triangles on points: first the particles, then the centres of quads, each at the mean of four particles.
 struct TangledMesh {
@@ -30,5 +31,4 @@ struct TangledMesh {
 /// @returns how many edges still cut through triangles in the end; whether any touch again is not known
 int untangle(TangledMesh& mesh);
 
-}  // namespace contact
-}  // namespace pellicle
+}  // namespace pellicle::contact

@@ -11,8 +11,7 @@
 #include "base/error.h"
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace elastic {
+namespace pellicle::elastic {
 
 namespace {
 
@@ -375,5 +374,4 @@ void BendingPotential::visit_clamped(const Take& take) const {
   }
 }
 
-}  // namespace elastic
-}  // namespace pellicle
+}  // namespace pellicle::elastic

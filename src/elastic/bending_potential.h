@@ -5,8 +5,7 @@
 #include "elastic/bending_stencils.h"
 #include "energies/potential.h"
 
-namespace pellicle {
-inline namespace elastic {
+namespace pellicle::elastic {
 
 /// Bending energy of a sheet,
 ///
@@ -115,5 +114,4 @@ class BendingPotential : public Potential {
   std::size_t fits_of_rows_ = 0;      ///< BendingStencils::fits when the entries were made
 };
 
-}  // namespace elastic
-}  // namespace pellicle
+}  // namespace pellicle::elastic

@@ -7,8 +7,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace pellicle {
-inline namespace elastic {
+namespace pellicle::elastic {
 
 namespace {
 
@@ -296,5 +295,4 @@ void BendingStencils::fit(Stencil& stencil) {
   });
 }
 
-}  // namespace elastic
-}  // namespace pellicle
+}  // namespace pellicle::elastic

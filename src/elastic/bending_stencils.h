@@ -9,8 +9,7 @@
 #include "surface/incidence.h"
 #include "surface/sheet.h"
 
-namespace pellicle {
-inline namespace elastic {
+namespace pellicle::elastic {
 
 /// Curvature of a sheet at its particles, from a quadratic surface through each particle and its neighbours along red,
 /// green and blue springs.
@@ -113,5 +112,4 @@ class BendingStencils {
   std::size_t fits_ = 0;
 };
 
-}  // namespace elastic
-}  // namespace pellicle
+}  // namespace pellicle::elastic

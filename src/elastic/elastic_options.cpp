@@ -3,8 +3,7 @@
 #include "base/error.h"
 #include "options/options.h"
 
-namespace pellicle {
-inline namespace elastic {
+namespace pellicle::elastic {
 
 namespace {
 
@@ -100,8 +99,9 @@ void describe(OptionTable& table, ElasticOptions& options) {
 }
 
 void describe_balance(OptionTable& table, ElasticOptions& options) {
-  table.add("elastic.newton_tolerance", options.snes_rtol, Rules().range(1e-12, 1),
-            "sum of all forces at which a step has converged, over the largest norm of one kind of force");
+  table.add("elastic.newton_tolerance", options.newton_tolerance, Rules().range(1e-12, 1),
+            "sum of all forces at which a step has converged, over the largest norm of one kind of force; unless given "
+            "0.01, and 1e-4 with time.scheme generalized_alpha, which does not damp what is left over");
   table.add_solver_prefix("elastic_");
 }
 
@@ -122,5 +122,4 @@ void describe(OptionTable& table, SpringOptions& options) {
   table.add_solver_prefix("spring_");
 }
 
-}  // namespace elastic
-}  // namespace pellicle
+}  // namespace pellicle::elastic

@@ -8,8 +8,7 @@
 
 #include "energies/newton_options.h"
 
-namespace pellicle {
-inline namespace elastic {
+namespace pellicle::elastic {
 
 /// Stiffness of a sheet as a material. Values that are not given follow from Young's modulus, Poisson's ratio and the
 /// physical thickness, or else have defaults (stiffness_of).
@@ -56,6 +55,8 @@ struct ElasticOptions : NewtonOptions {
     far = FarTangent::positive;
   }
 
+  /// Residual over the largest force at which a step has converged, that is snes_rtol; none: by the time scheme.
+  std::optional<double> newton_tolerance;
   double usual_h = 2e-3;  ///< usual length of a step, by which the preconditioner is chosen [s]
   /// Limit on the strain of the weave's springs at the end of a step; the deck's `project.strain_limit`.
   std::optional<double> strain_limit;
@@ -86,5 +87,4 @@ struct SpringOptions : NewtonOptions {
 
 void describe(OptionTable& table, SpringOptions& options);
 
-}  // namespace elastic
-}  // namespace pellicle
+}  // namespace pellicle::elastic

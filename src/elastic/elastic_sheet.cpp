@@ -5,8 +5,7 @@
 
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace elastic {
+namespace pellicle::elastic {
 
 ElasticSheet::ElasticSheet(const Sheet& sheet, const SheetMaterial& material, double layer_distance,
                            const MaterialFactors& factors, const std::vector<bool>& pinned,
@@ -41,5 +40,4 @@ void ElasticSheet::set_shape(const SheetInput& input) {
 
 double ElasticSheet::largest_excess() const { return max_over_ranks(sheet_.comm(), material_.largest_excess()); }
 
-}  // namespace elastic
-}  // namespace pellicle
+}  // namespace pellicle::elastic

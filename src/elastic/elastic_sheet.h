@@ -8,8 +8,7 @@
 #include "elastic/elastic_options.h"
 #include "elastic/spring_sheet.h"
 
-namespace pellicle {
-inline namespace elastic {
+namespace pellicle::elastic {
 
 /// StepPart of a sheet as a material: a SpringSheet with the material's tensile and shear stiffness (SheetSprings),
 /// bending stiffness, and viscosity relative to the step's start.
@@ -53,5 +52,4 @@ class ElasticSheet : public SpringSheet {
   std::vector<double> bent_factor_;  ///< on the bending stiffness of the local particles in the present step, with char
 };
 
-}  // namespace elastic
-}  // namespace pellicle
+}  // namespace pellicle::elastic

@@ -6,8 +6,7 @@
 
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace elastic {
+namespace pellicle::elastic {
 
 Inertia::Inertia(const Layout& vertices) : vertices_(vertices), free_(Eigen::Matrix3Xd::Zero(3, vertices.owned)) {
   rows_.entries.assign(vertices.owned, 0);
@@ -105,5 +104,4 @@ bool MassPart::leaves_held_behind() {
   return on_any_rank(surface_.comm(), leaves);
 }
 
-}  // namespace elastic
-}  // namespace pellicle
+}  // namespace pellicle::elastic

@@ -8,8 +8,7 @@
 #include "parallel/field.h"
 #include "surface/surface.h"
 
-namespace pellicle {
-inline namespace elastic {
+namespace pellicle::elastic {
 
 /// Inertia as a potential, U = sum_i m_i |x_i - x~_i|^2 / (2 h^2), with the positions x~ without forces. No
 /// communication.
@@ -99,5 +98,4 @@ class MassPart : public PartOfPotentials {
   std::vector<bool> constrained_;  ///< MassInput::constrained
 };
 
-}  // namespace elastic
-}  // namespace pellicle
+}  // namespace pellicle::elastic

@@ -7,8 +7,7 @@
 #include "geometry/pressure_load.h"
 #include "surface/opposite_sides.h"
 
-namespace pellicle {
-inline namespace elastic {
+namespace pellicle::elastic {
 
 namespace {
 
@@ -172,5 +171,4 @@ const std::array<std::vector<double>, 4>& SheetSprings::stiffness(const ActiveSe
   return stiffness_;
 }
 
-}  // namespace elastic
-}  // namespace pellicle
+}  // namespace pellicle::elastic

@@ -7,8 +7,7 @@
 #include "surface/active_set.h"
 #include "surface/sheet.h"
 
-namespace pellicle {
-inline namespace elastic {
+namespace pellicle::elastic {
 
 /// Factors of the particles on the stiffness of a sheet, ghosts included.
 struct MaterialFactors {
@@ -71,5 +70,4 @@ class SheetSprings {
   std::array<std::vector<double>, 4> stiffness_;
 };
 
-}  // namespace elastic
-}  // namespace pellicle
+}  // namespace pellicle::elastic

@@ -12,8 +12,7 @@
 #include "parallel/collective.h"
 #include "surface/weave_strain.h"
 
-namespace pellicle {
-inline namespace elastic {
+namespace pellicle::elastic {
 
 namespace {
 
@@ -257,5 +256,4 @@ void SpringPotential::add_hessian(const HessianBlocks& blocks) const {
   }
 }
 
-}  // namespace elastic
-}  // namespace pellicle
+}  // namespace pellicle::elastic

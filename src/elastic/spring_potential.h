@@ -7,8 +7,7 @@
 #include "energies/potential.h"
 #include "surface/sheet.h"
 
-namespace pellicle {
-inline namespace elastic {
+namespace pellicle::elastic {
 
 /// The energy that keeps a spring of length d below a strain limit e_max, in addition to its own elasticity:
 ///
@@ -127,5 +126,4 @@ class SpringPotential : public Potential {
   std::vector<DifferenceTerm> hessian_;  ///< of the springs that act, in order
 };
 
-}  // namespace elastic
-}  // namespace pellicle
+}  // namespace pellicle::elastic

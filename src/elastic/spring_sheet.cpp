@@ -8,8 +8,7 @@
 #include "base/handle.h"
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace elastic {
+namespace pellicle::elastic {
 
 namespace {
 
@@ -130,5 +129,4 @@ double SpringSheet::viscous_work(const Field& positions) const {
   return sum_over_ranks(sheet_.comm(), -2 * own_viscous_energy(positions));
 }
 
-}  // namespace elastic
-}  // namespace pellicle
+}  // namespace pellicle::elastic

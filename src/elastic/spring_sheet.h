@@ -9,8 +9,7 @@
 #include "surface/active_set.h"
 #include "surface/sheet.h"
 
-namespace pellicle {
-inline namespace elastic {
+namespace pellicle::elastic {
 
 /// The data of a step of a SpringSheet, besides the positions x~ of the sheet without springs.
 struct SheetInput : MassInput {
@@ -89,5 +88,4 @@ class SpringSheet : public MassPart {
   bool suits_patches_ = false;
 };
 
-}  // namespace elastic
-}  // namespace pellicle
+}  // namespace pellicle::elastic

@@ -2,8 +2,7 @@
 
 #include "energies/step_part.h"
 
-namespace pellicle {
-inline namespace energies {
+namespace pellicle::energies {
 
 /// Another part of a step, which a derived class adds something to.
 class ExtendedPart : public StepPart {
@@ -37,5 +36,4 @@ class ExtendedPart : public StepPart {
   StepPart& part_;
 };
 
-}  // namespace energies
-}  // namespace pellicle
+}  // namespace pellicle::energies

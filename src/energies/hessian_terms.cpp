@@ -2,8 +2,7 @@
 
 #include <utility>
 
-namespace pellicle {
-inline namespace energies {
+namespace pellicle::energies {
 
 void HessianTerms::add_differences(const std::vector<DifferenceTerm>& terms) {
   for (const DifferenceTerm& term : terms) {
@@ -43,5 +42,4 @@ void HessianTerms::add_blocks(const NumberRows& rows, PetscInt row, std::size_t 
   }
 }
 
-}  // namespace energies
-}  // namespace pellicle
+}  // namespace pellicle::energies

@@ -7,8 +7,7 @@
 
 #include "parallel/field.h"
 
-namespace pellicle {
-inline namespace energies {
+namespace pellicle::energies {
 
 /// Term of a Hessian that acts on the difference of two vertices alone, n n^T + across I, such as a spring's: n lies
 /// along the line through both, so that n n^T does no work when both turn together.
@@ -87,5 +86,4 @@ class TakenBlocks : public HessianTerms {
   bool wants_off_diagonal_;
 };
 
-}  // namespace energies
-}  // namespace pellicle
+}  // namespace pellicle::energies

@@ -7,8 +7,7 @@
 #include "energies/tangent.h"
 #include "options/choice.h"
 
-namespace pellicle {
-inline namespace energies {
+namespace pellicle::energies {
 
 /// Criterion for a step's end. converged: snes_rtol must be met; fixed: max_iterations are enough.
 enum class NewtonEnd { converged, fixed };
@@ -44,5 +43,4 @@ struct NewtonOptions {
   double linear_rtol() const { return ksp_rtol.value_or(1e-4); }
 };
 
-}  // namespace energies
-}  // namespace pellicle
+}  // namespace pellicle::energies

@@ -4,8 +4,7 @@
 
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace energies {
+namespace pellicle::energies {
 
 bool PartOfPotentials::move_to(const Field& position, const Eigen::VectorXd& /*own*/) {
   const bool moves = on_any_rank(comm(), position_.values() != position.values());
@@ -48,5 +47,4 @@ void PartOfPotentials::evaluate() {
   }
 }
 
-}  // namespace energies
-}  // namespace pellicle
+}  // namespace pellicle::energies

@@ -5,8 +5,7 @@
 
 #include "energies/step_part.h"
 
-namespace pellicle {
-inline namespace energies {
+namespace pellicle::energies {
 
 /// A StepPart whose energy is a sum of potentials. At one position they are evaluated once.
 class PartOfPotentials : public StepPart {
@@ -55,5 +54,4 @@ class PartOfPotentials : public StepPart {
   std::vector<double> squares_;    ///< square of the norm of each potential's gradient [N^2]
 };
 
-}  // namespace energies
-}  // namespace pellicle
+}  // namespace pellicle::energies

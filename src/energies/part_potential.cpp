@@ -4,8 +4,7 @@
 
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace energies {
+namespace pellicle::energies {
 
 PartPotential::PartPotential(Potential& potential, const JoinedLayout& joined, std::size_t part, const Layout& vertices)
     : potential_(potential), joined_(joined), part_(part), vertices_(vertices), place_(vertices, 3) {}
@@ -53,5 +52,4 @@ void PartPotential::add_product(const double* w, double* result) const {
   }
 }
 
-}  // namespace energies
-}  // namespace pellicle
+}  // namespace pellicle::energies

@@ -5,8 +5,7 @@
 #include "energies/potential.h"
 #include "parallel/joined_layout.h"
 
-namespace pellicle {
-inline namespace energies {
+namespace pellicle::energies {
 
 /// A potential of the vertices of one part of a JoinedLayout, as a potential of the whole.
 class PartPotential : public Potential {
@@ -43,5 +42,4 @@ class PartPotential : public Potential {
   mutable Eigen::Matrix3Xd more_;  ///< of the part's vertices: a product
 };
 
-}  // namespace energies
-}  // namespace pellicle
+}  // namespace pellicle::energies

@@ -8,8 +8,7 @@
 #include "energies/hessian_terms.h"
 #include "parallel/field.h"
 
-namespace pellicle {
-inline namespace energies {
+namespace pellicle::energies {
 
 /// Kind of second derivative of a potential.
 enum class Curvature {
@@ -101,5 +100,4 @@ class Potential {
   virtual void visit(HessianTerms& /*terms*/) const {}
 };
 
-}  // namespace energies
-}  // namespace pellicle
+}  // namespace pellicle::energies

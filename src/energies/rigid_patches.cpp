@@ -13,8 +13,7 @@
 #include "parallel/exchange.h"
 #include "parallel/partition.h"
 
-namespace pellicle {
-inline namespace energies {
+namespace pellicle::energies {
 
 namespace {
 
@@ -511,5 +510,4 @@ void RigidPatches::forget_pattern() {
   is_whole_ = false;
 }
 
-}  // namespace energies
-}  // namespace pellicle
+}  // namespace pellicle::energies

@@ -13,8 +13,7 @@
 #include "linear/substructures.h"
 #include "parallel/field.h"
 
-namespace pellicle {
-inline namespace energies {
+namespace pellicle::energies {
 
 /// The coarse level of a two-level preconditioner (PCMG) for the tangent of a wall or a sheet.
 ///
@@ -113,5 +112,4 @@ class RigidPatches {
   PreconditionerLag lag_;
 };
 
-}  // namespace energies
-}  // namespace pellicle
+}  // namespace pellicle::energies

@@ -9,8 +9,7 @@
 #include "linear/shell_operations.h"
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace energies {
+namespace pellicle::energies {
 
 namespace {
 
@@ -337,5 +336,4 @@ double StepObjective::largest(double (StepPart::*of)() const) const {
   return largest;
 }
 
-}  // namespace energies
-}  // namespace pellicle
+}  // namespace pellicle::energies

@@ -11,8 +11,7 @@
 #include "linear/low_rank_system.h"
 #include "parallel/joined_layout.h"
 
-namespace pellicle {
-inline namespace energies {
+namespace pellicle::energies {
 
 /// Energy that an implicit step makes stationary, with gradient and second derivative: the sum of the parts of objects
 /// and of potentials between them, such as contact.
@@ -119,5 +118,4 @@ class StepObjective {
   Eigen::Matrix3Xd of_between_;            ///< the gradient of a potential between the parts
 };
 
-}  // namespace energies
-}  // namespace pellicle
+}  // namespace pellicle::energies

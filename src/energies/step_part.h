@@ -9,8 +9,7 @@
 #include "linear/low_rank.h"
 #include "parallel/field.h"
 
-namespace pellicle {
-inline namespace energies {
+namespace pellicle::energies {
 
 /// An object's part of the energy that a step makes stationary (StepObjective): potentials of the positions x of its
 /// vertices, and terms with a dense second derivative of low rank, such as the work of enclosed gas. All functions may
@@ -92,5 +91,4 @@ class StepPart {
   virtual double rounding() const { return 0; }
 };
 
-}  // namespace energies
-}  // namespace pellicle
+}  // namespace pellicle::energies

@@ -11,8 +11,7 @@
 #include "linear/shell_operations.h"
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace energies {
+namespace pellicle::energies {
 
 namespace {
 
@@ -414,5 +413,4 @@ void Tangent::multiply(Vec in, Vec out) {
   Eigen::Map<Eigen::Matrix3Xd>(y.data(), 3, owned()) = product_.topRows<3>().leftCols(owned());
 }
 
-}  // namespace energies
-}  // namespace pellicle
+}  // namespace pellicle::energies

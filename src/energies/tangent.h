@@ -10,8 +10,7 @@
 #include "geometry/projectors.h"
 #include "options/choice.h"
 
-namespace pellicle {
-inline namespace energies {
+namespace pellicle::energies {
 
 enum class TangentMatrix { baij, aij, sbaij, shell };
 inline std::vector<std::string> names_of(TangentMatrix) { return {"baij", "aij", "sbaij", "shell"}; }
@@ -115,5 +114,4 @@ class Tangent {
   MatHandle matrix_;
 };
 
-}  // namespace energies
-}  // namespace pellicle
+}  // namespace pellicle::energies

@@ -9,8 +9,7 @@
 #include "linear/shell_operations.h"
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace energies {
+namespace pellicle::energies {
 
 void TangentFactor::check_options(MPI_Comm comm, const std::string& prefix) {
   constexpr PetscInt pord = 4;
@@ -247,5 +246,4 @@ void TangentFactor::apply(Vec in, Vec out) {
   }
 }
 
-}  // namespace energies
-}  // namespace pellicle
+}  // namespace pellicle::energies

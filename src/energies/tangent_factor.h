@@ -15,8 +15,7 @@
 #include "linear/rank_interface.h"
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace energies {
+namespace pellicle::energies {
 
 /// A = T + G C G^T of a LowRankSystem, factorised: T = L D L^T by MUMPS, the columns by Woodbury's formula. As a
 /// preconditioner it is A's inverse, whether T alone is positive definite or not, so that conjugate gradients need an
@@ -78,5 +77,4 @@ class TangentFactor {
   KspHandle solver_;
 };
 
-}  // namespace energies
-}  // namespace pellicle
+}  // namespace pellicle::energies

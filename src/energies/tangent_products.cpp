@@ -8,8 +8,7 @@
 #include <immintrin.h>
 #endif
 
-namespace pellicle {
-inline namespace energies {
+namespace pellicle::energies {
 
 namespace {
 
@@ -178,5 +177,4 @@ void use_fast_product([[maybe_unused]] Mat matrix) {
 #endif
 }
 
-}  // namespace energies
-}  // namespace pellicle
+}  // namespace pellicle::energies

@@ -4,8 +4,7 @@
 
 #include "energies/hessian_terms.h"
 
-namespace pellicle {
-inline namespace energies {
+namespace pellicle::energies {
 
 /// Multiplies the terms of a Hessian with a vector.
 ///
@@ -31,5 +30,4 @@ class TermProduct : public HessianTerms {
 /// stays in use. While the matrix fits in the caches it takes two thirds of the time. To be called after preallocation.
 void use_fast_product(Mat matrix);
 
-}  // namespace energies
-}  // namespace pellicle
+}  // namespace pellicle::energies

@@ -7,8 +7,7 @@
 #include "energies/potential.h"
 #include "parallel/layout.h"
 
-namespace pellicle {
-inline namespace energies {
+namespace pellicle::energies {
 
 /// Potential energy of one vertex, with derivatives by its position.
 struct PointPotential {
@@ -81,5 +80,4 @@ std::unique_ptr<Potential> make_vertex_potential(const Layout& vertices, Functio
   return std::make_unique<VertexPotential<Function>>(vertices, std::move(function));
 }
 
-}  // namespace energies
-}  // namespace pellicle
+}  // namespace pellicle::energies

@@ -6,8 +6,7 @@
 #include "contact/crossings.h"
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace equilibrium {
+namespace pellicle::equilibrium {
 
 Equilibrium::Equilibrium(std::vector<CoupledMotion> objects, const ContactOptions& contact,
                          const NewtonOptions& options, StageClock& clock, const std::string& stage)
@@ -185,5 +184,4 @@ std::vector<double> Equilibrium::contact_load(const Motion& motion) const {
   return {};
 }
 
-}  // namespace equilibrium
-}  // namespace pellicle
+}  // namespace pellicle::equilibrium

@@ -12,8 +12,7 @@
 #include "equilibrium/implicit_step.h"
 #include "equilibrium/motion.h"
 
-namespace pellicle {
-inline namespace equilibrium {
+namespace pellicle::equilibrium {
 
 /// An object of an Equilibrium.
 struct CoupledMotion {
@@ -74,5 +73,4 @@ class Equilibrium {
   std::unique_ptr<ImplicitStep> solver_;      ///< null: nothing is brought into balance
 };
 
-}  // namespace equilibrium
-}  // namespace pellicle
+}  // namespace pellicle::equilibrium

@@ -8,8 +8,7 @@
 #include "geometry/pressure_load.h"
 #include "prism/wall_potential.h"
 
-namespace pellicle {
-inline namespace equilibrium {
+namespace pellicle::equilibrium {
 
 std::vector<VertexPair> PressureStiffness::pattern() const { return pairs_of_elements(chambers_.surface()); }
 
@@ -127,5 +126,4 @@ double GasFilledPart::stiffness_scale() {
   return scale;
 }
 
-}  // namespace equilibrium
-}  // namespace pellicle
+}  // namespace pellicle::equilibrium

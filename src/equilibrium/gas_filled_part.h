@@ -8,8 +8,7 @@
 #include "energies/potential.h"
 #include "equilibrium/step_gas.h"
 
-namespace pellicle {
-inline namespace equilibrium {
+namespace pellicle::equilibrium {
 
 /// The stiffness of constant pressures on a surface's triangles: a potential that has only a second derivative by the
 /// positions; its value and gradient are those of StepGas. Nothing here communicates.
@@ -93,5 +92,4 @@ class GasFilledPart : public ExtendedPart, public GasFilled {
   std::vector<double> squares_;
 };
 
-}  // namespace equilibrium
-}  // namespace pellicle
+}  // namespace pellicle::equilibrium

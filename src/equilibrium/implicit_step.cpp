@@ -13,8 +13,7 @@
 #include "linear/backtracking.h"
 #include "linear/ksp.h"
 
-namespace pellicle {
-inline namespace equilibrium {
+namespace pellicle::equilibrium {
 
 namespace {
 
@@ -489,5 +488,4 @@ std::optional<double> ImplicitStep::search(const NewtonStep& step) {
   return length;
 }
 
-}  // namespace equilibrium
-}  // namespace pellicle
+}  // namespace pellicle::equilibrium

@@ -13,8 +13,7 @@
 #include "linear/newton.h"
 #include "linear/preconditioner_lag.h"
 
-namespace pellicle {
-inline namespace equilibrium {
+namespace pellicle::equilibrium {
 
 /// Result of an implicit step.
 struct ImplicitResult {
@@ -113,5 +112,4 @@ class ImplicitStep {
   std::optional<Newton> newton_;
 };
 
-}  // namespace equilibrium
-}  // namespace pellicle
+}  // namespace pellicle::equilibrium

@@ -8,8 +8,7 @@
 #include "energies/step_part.h"
 #include "equilibrium/step_gas.h"
 
-namespace pellicle {
-inline namespace equilibrium {
+namespace pellicle::equilibrium {
 
 /// The motion of an object in a step, between its begin and its end: what an Equilibrium brings into balance, or what
 /// moves by itself and answers the balance of the others. All calls are collective unless stated otherwise.
@@ -46,5 +45,4 @@ class Motion {
   virtual std::vector<bool> constrained() const = 0;
 };
 
-}  // namespace equilibrium
-}  // namespace pellicle
+}  // namespace pellicle::equilibrium

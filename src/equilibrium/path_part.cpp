@@ -6,8 +6,7 @@
 
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace equilibrium {
+namespace pellicle::equilibrium {
 
 PathPart::PathPart(StepPart& part, Loads loads, const std::vector<double>& mass, double arc_length)
     : ExtendedPart(part),
@@ -107,5 +106,4 @@ LowRank PathPart::dense_tangent() {
   return result;
 }
 
-}  // namespace equilibrium
-}  // namespace pellicle
+}  // namespace pellicle::equilibrium

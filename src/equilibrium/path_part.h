@@ -5,8 +5,7 @@
 
 #include "energies/extended_part.h"
 
-namespace pellicle {
-inline namespace equilibrium {
+namespace pellicle::equilibrium {
 
 /// Another part of a step without inertia, along the path of its equilibria: the time t of its loads is an unknown,
 /// too. The row of the residual is a scale times sum_i w_i c_i.(x_i - x_i^n) - s (Riks, see LoadBorder), with the
@@ -59,5 +58,4 @@ class PathPart : public ExtendedPart {
   Field position_;     ///< x with what is pinned in its places
 };
 
-}  // namespace equilibrium
-}  // namespace pellicle
+}  // namespace pellicle::equilibrium

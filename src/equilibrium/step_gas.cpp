@@ -9,8 +9,7 @@
 #include "geometry/principal_axes.h"
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace equilibrium {
+namespace pellicle::equilibrium {
 
 namespace {
 
@@ -407,5 +406,4 @@ GasExchange StepGas::end_step(std::size_t part, const Field& end, double time, d
   return ended_[part];
 }
 
-}  // namespace equilibrium
-}  // namespace pellicle
+}  // namespace pellicle::equilibrium

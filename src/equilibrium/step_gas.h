@@ -10,8 +10,7 @@
 #include "geometry/projectors.h"
 #include "linear/low_rank.h"
 
-namespace pellicle {
-inline namespace equilibrium {
+namespace pellicle::equilibrium {
 
 /// The gas in a step that is brought into balance: what it adds to the potential of a part, its gradient and its second
 /// derivative. Of one part, or of several whose chambers are linked, so that the pressures in each follow from the
@@ -155,5 +154,4 @@ class GasFilled {
   double h_ = 0;            ///< its length [s]
 };
 
-}  // namespace equilibrium
-}  // namespace pellicle
+}  // namespace pellicle::equilibrium

@@ -2,8 +2,7 @@
 
 #include <cmath>
 
-namespace pellicle {
-inline namespace equilibrium {
+namespace pellicle::equilibrium {
 
 TimeIntegrator TimeIntegrator::generalized_alpha(double spectral_radius) {
   TimeIntegrator result;
@@ -45,5 +44,4 @@ double TimeIntegrator::error(double h, const Kinematics& start, const Kinematics
                           : h / 2 * (end.velocity - start.velocity).norm();
 }
 
-}  // namespace equilibrium
-}  // namespace pellicle
+}  // namespace pellicle::equilibrium

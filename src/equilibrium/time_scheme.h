@@ -5,8 +5,9 @@
 #include <string>
 #include <vector>
 
-namespace pellicle {
-inline namespace equilibrium {
+#include "base/namespaces.h"
+
+namespace pellicle::equilibrium {
 
 /// Time integration by TimeIntegrator.
 enum class TimeScheme { implicit_euler, generalized_alpha, statics };
@@ -85,5 +86,4 @@ class TimeIntegrator {
   double gamma_ = 1;
 };
 
-}  // namespace equilibrium
-}  // namespace pellicle
+}  // namespace pellicle::equilibrium

@@ -11,8 +11,7 @@
 #include "energies/vertex_potential.h"
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace equilibrium {
+namespace pellicle::equilibrium {
 
 namespace {
 
@@ -272,5 +271,4 @@ double WallPart::inverted(const Field& from, const Field& to) const {
   return sum_over_ranks(comm(), static_cast<double>(model_.elements.inverted(from, to)));
 }
 
-}  // namespace equilibrium
-}  // namespace pellicle
+}  // namespace pellicle::equilibrium

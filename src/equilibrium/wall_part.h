@@ -15,8 +15,7 @@
 #include "prism/prism_options.h"
 #include "prism/wall_potential.h"
 
-namespace pellicle {
-inline namespace equilibrium {
+namespace pellicle::equilibrium {
 
 /// The data of a wall and of the forces on it; all must outlive the holder.
 struct WallModel {
@@ -139,5 +138,4 @@ class WallPart : public PartOfPotentials {
   Eigen::Matrix3Xd y_v_;  ///< x_v of the local vertices
 };
 
-}  // namespace equilibrium
-}  // namespace pellicle
+}  // namespace pellicle::equilibrium

@@ -8,8 +8,7 @@
 #include "gas/chambers.h"
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace gas {
+namespace pellicle::gas {
 
 /// The parts of the walls of chambers that vent, by the pieces of the surface.
 struct Chambers::WallParts {
@@ -137,5 +136,4 @@ std::vector<int> Chambers::divide_gas(Division& division, const WallParts& walls
   return chamber_of_part;
 }
 
-}  // namespace gas
-}  // namespace pellicle
+}  // namespace pellicle::gas

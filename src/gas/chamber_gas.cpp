@@ -4,8 +4,7 @@
 #include "gas/chambers.h"
 #include "geometry/key_points.h"
 
-namespace pellicle {
-inline namespace gas {
+namespace pellicle::gas {
 
 GasState Chambers::state(const GasExchange& exchange, int chamber, double volume, double time) const {
   const Chamber& self = of(chamber);
@@ -138,5 +137,4 @@ double Chambers::prescribed_volume(int chamber, double time) const {
                                      : value_on_key_points(self.options.volume, time);
 }
 
-}  // namespace gas
-}  // namespace pellicle
+}  // namespace pellicle::gas

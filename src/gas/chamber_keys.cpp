@@ -8,8 +8,7 @@
 #include "geometry/key_points.h"
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace gas {
+namespace pellicle::gas {
 
 namespace {
 
@@ -143,5 +142,4 @@ NamedPieces name_pieces(const Surface& surface, const std::map<std::string, Cham
   return result;
 }
 
-}  // namespace gas
-}  // namespace pellicle
+}  // namespace pellicle::gas

@@ -9,8 +9,7 @@
 #include "gas/gas_options.h"
 #include "surface/surface.h"
 
-namespace pellicle {
-inline namespace gas {
+namespace pellicle::gas {
 
 constexpr double default_temperature = 293.15;  ///< of a chamber's gas [K]
 constexpr double default_gamma = 1.4;           ///< ratio of the heat capacities of an adiabatic gas
@@ -38,5 +37,4 @@ std::string name_of_piece(const std::string& name, int piece);
 /// the remaining pieces. Collective. @throws Error on vertices that the mesh lacks and pieces in two chambers
 NamedPieces name_pieces(const Surface& surface, const std::map<std::string, ChamberOptions>& options);
 
-}  // namespace gas
-}  // namespace pellicle
+}  // namespace pellicle::gas

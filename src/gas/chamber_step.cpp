@@ -8,8 +8,7 @@
 #include "gas/chambers.h"
 #include "geometry/key_points.h"
 
-namespace pellicle {
-inline namespace gas {
+namespace pellicle::gas {
 
 void Chambers::add_to_step(GasNetwork::Step& step, const GasStep& start, const Vessels& vessels,
                            const Eigen::VectorXd& walls, double time) const {
@@ -248,5 +247,4 @@ std::string Chambers::imbalance(const GasExchange& exchange, const Eigen::Vector
   return "";
 }
 
-}  // namespace gas
-}  // namespace pellicle
+}  // namespace pellicle::gas

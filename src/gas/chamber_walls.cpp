@@ -12,8 +12,7 @@
 #include "geometry/pressure_load.h"
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace gas {
+namespace pellicle::gas {
 
 namespace {
 
@@ -325,5 +324,4 @@ Eigen::Matrix3Xd Chambers::uneven_forces(const GasExchange& exchange, const Fiel
   return force;
 }
 
-}  // namespace gas
-}  // namespace pellicle
+}  // namespace pellicle::gas

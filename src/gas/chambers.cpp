@@ -10,8 +10,7 @@
 #include "geometry/key_points.h"
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace gas {
+namespace pellicle::gas {
 
 Chambers::Chambers(const Surface& surface, const GasOptions& gas, const std::map<std::string, ChamberOptions>& options,
                    const Eigen::Vector3d& origin, const SymmetryPlanes& planes, const Projectors& projectors)
@@ -269,5 +268,4 @@ GasNetwork::Vessel Chambers::vessel(int chamber) const {
   return {self.options.law == GasLaw::isothermal, self.gamma, self.initial_volume};
 }
 
-}  // namespace gas
-}  // namespace pellicle
+}  // namespace pellicle::gas

@@ -18,8 +18,7 @@
 #include "surface/active_set.h"
 #include "surface/surface.h"
 
-namespace pellicle {
-inline namespace gas {
+namespace pellicle::gas {
 
 /// The gas of a chamber at a moment. Quantities that the law does not determine are 0: amount and temperature for the
 /// laws relative, pressure and volume; all except the volume for the law volume, whose pressure the solver finds.
@@ -285,5 +284,4 @@ class Chambers {
   GasExchange initial_exchange_{0, 0};
 };
 
-}  // namespace gas
-}  // namespace pellicle
+}  // namespace pellicle::gas

@@ -9,8 +9,7 @@
 #include "base/error.h"
 #include "base/units.h"
 
-namespace pellicle {
-inline namespace gas {
+namespace pellicle::gas {
 
 namespace {
 
@@ -268,5 +267,4 @@ void FlowingGas::balance_walls(Walls& walls, const std::vector<MovedWall>& moved
   }
 }
 
-}  // namespace gas
-}  // namespace pellicle
+}  // namespace pellicle::gas

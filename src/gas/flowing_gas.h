@@ -6,8 +6,7 @@
 
 #include "gas/chambers.h"
 
-namespace pellicle {
-inline namespace gas {
+namespace pellicle::gas {
 
 /// State at a step's end of the gas of an object's chambers, or of several objects whose chambers links join, from the
 /// volumes that the walls enclose then. The motion of the walls is the solver's.
@@ -83,5 +82,4 @@ class FlowingGas {
   std::vector<int> beyond_;  ///< vessel outside; as many as there are: the ambient air
 };
 
-}  // namespace gas
-}  // namespace pellicle
+}  // namespace pellicle::gas

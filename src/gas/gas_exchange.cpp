@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
-namespace pellicle {
-inline namespace gas {
+namespace pellicle::gas {
 
 GasExchange::GasExchange(int chambers, int links)
     : open(chambers, 0),
@@ -75,5 +74,4 @@ void GasExchange::add_part(int chamber) {
   parent.push_back(chamber);
 }
 
-}  // namespace gas
-}  // namespace pellicle
+}  // namespace pellicle::gas

@@ -8,8 +8,7 @@
 
 #include "gas/gas_network.h"
 
-namespace pellicle {
-inline namespace gas {
+namespace pellicle::gas {
 
 /// The gas and heat that links and walls have brought into the chambers of an object since time 0, and the gas on both
 /// sides of each wall. An object has one GasExchange, in its registered state; chambers and networks take it as an
@@ -81,5 +80,4 @@ struct GasStep {
   double h = 0;          ///< length [s]; 0 between steps
 };
 
-}  // namespace gas
-}  // namespace pellicle
+}  // namespace pellicle::gas

@@ -10,8 +10,7 @@
 #include "gas/chamber_keys.h"
 #include "geometry/key_points.h"
 
-namespace pellicle {
-inline namespace gas {
+namespace pellicle::gas {
 
 namespace {
 
@@ -394,5 +393,4 @@ Eigen::MatrixXd GasNetwork::slopes(const Step& step, const End& end) const {
   return result;
 }
 
-}  // namespace gas
-}  // namespace pellicle
+}  // namespace pellicle::gas

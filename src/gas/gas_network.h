@@ -7,8 +7,7 @@
 
 #include "gas/gas_options.h"
 
-namespace pellicle {
-inline namespace gas {
+namespace pellicle::gas {
 
 /// The gas in a vessel of a network, without its volume.
 struct VesselGas {
@@ -100,5 +99,4 @@ class GasNetwork {
   GasOptions gas_;
 };
 
-}  // namespace gas
-}  // namespace pellicle
+}  // namespace pellicle::gas

@@ -1,7 +1,6 @@
 #include "gas/gas_options.h"
 
-namespace pellicle {
-inline namespace gas {
+namespace pellicle::gas {
 
 void describe(OptionTable& table, GasOptions& options) {
   table.add("gas.tangent", options.tangent, Rules().solver_setting(),
@@ -93,5 +92,4 @@ void describe(OptionTable& table, ChamberOptions& options) {
             "docs/theory.md: readings");
 }
 
-}  // namespace gas
-}  // namespace pellicle
+}  // namespace pellicle::gas

@@ -6,8 +6,7 @@
 
 #include "options/options.h"
 
-namespace pellicle {
-inline namespace gas {
+namespace pellicle::gas {
 
 inline constexpr double gas_constant = 8.31446261815324;  ///< R [J/(mol K)], exact
 
@@ -69,5 +68,4 @@ struct ChamberOptions {
 
 void describe(OptionTable& table, ChamberOptions& options);
 
-}  // namespace gas
-}  // namespace pellicle
+}  // namespace pellicle::gas

@@ -10,8 +10,7 @@
 #include "base/disjoint_sets.h"
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace gas {
+namespace pellicle::gas {
 
 namespace {
 
@@ -206,5 +205,4 @@ void Rims::add_thrust(const Eigen::VectorXd& thrust, const Field& positions, Eig
   }
 }
 
-}  // namespace gas
-}  // namespace pellicle
+}  // namespace pellicle::gas

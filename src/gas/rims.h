@@ -7,8 +7,7 @@
 #include "parallel/field.h"
 #include "surface/surface.h"
 
-namespace pellicle {
-inline namespace gas {
+namespace pellicle::gas {
 
 /// The rims of chambers' walls with holes: closed loops of sides of active triangles without a neighbour. A cap closes
 /// each rim: triangles from the mean of its sides to the sides. So a wall with holes encloses a volume. A pressure acts
@@ -68,5 +67,4 @@ class Rims {
   std::vector<Side> sides_;  ///< with an owned end
 };
 
-}  // namespace gas
-}  // namespace pellicle
+}  // namespace pellicle::gas

@@ -4,8 +4,7 @@
 #include <limits>
 #include <numeric>
 
-namespace pellicle {
-inline namespace geometry {
+namespace pellicle::geometry {
 
 namespace {
 
@@ -79,5 +78,4 @@ int BoxTree::build(int first, int end, const std::vector<Eigen::Array4f>& middle
   return of;
 }
 
-}  // namespace geometry
-}  // namespace pellicle
+}  // namespace pellicle::geometry

@@ -4,8 +4,9 @@
 #include <algorithm>
 #include <vector>
 
-namespace pellicle {
-inline namespace geometry {
+#include "base/namespaces.h"
+
+namespace pellicle::geometry {
 
 /// A box in floats, rounded outwards.
 struct Bounds {
@@ -130,5 +131,4 @@ class BoxTree {
   std::vector<int> numbers_;    ///< of the items' boxes
 };
 
-}  // namespace geometry
-}  // namespace pellicle
+}  // namespace pellicle::geometry

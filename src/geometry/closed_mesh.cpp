@@ -9,8 +9,7 @@
 
 #include "geometry/nearest_points.h"
 
-namespace pellicle {
-inline namespace geometry {
+namespace pellicle::geometry {
 
 std::string fault_of_closed_mesh(const std::vector<Eigen::Vector3d>& points, const Triangles& triangles) {
   if (triangles.empty()) {
@@ -163,5 +162,4 @@ SignedDistance ClosedMesh::distance(const Eigen::Vector3d& point) const {
   return {sign * length, normal};
 }
 
-}  // namespace geometry
-}  // namespace pellicle
+}  // namespace pellicle::geometry

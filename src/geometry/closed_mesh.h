@@ -6,8 +6,9 @@
 #include <string>
 #include <vector>
 
-namespace pellicle {
-inline namespace geometry {
+#include "base/namespaces.h"
+
+namespace pellicle::geometry {
 
 using Triangles = std::vector<std::array<int, 3>>;
 
@@ -62,5 +63,4 @@ class ClosedMesh {
   std::vector<Node> nodes_;
 };
 
-}  // namespace geometry
-}  // namespace pellicle
+}  // namespace pellicle::geometry

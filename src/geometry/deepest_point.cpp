@@ -6,8 +6,7 @@
 
 #include "geometry/nearest_points.h"
 
-namespace pellicle {
-inline namespace geometry {
+namespace pellicle::geometry {
 
 namespace {
 
@@ -127,5 +126,4 @@ std::optional<DeepestPoint> deepest_point(const Solid& solid, const Triangle& co
   return search.best->gap.distance > reach ? std::nullopt : search.best;
 }
 
-}  // namespace geometry
-}  // namespace pellicle
+}  // namespace pellicle::geometry

@@ -7,8 +7,7 @@
 #include "geometry/solids.h"
 #include "geometry/triangle_intersection.h"
 
-namespace pellicle {
-inline namespace geometry {
+namespace pellicle::geometry {
 
 /// The point of a triangle that is deepest in a solid, or nearest to it.
 struct DeepestPoint {
@@ -35,5 +34,4 @@ std::array<Triangle, 4> quarters(const Triangle& triangle);
 double least_distance(const Solid& solid, const Triangle& corners, const Eigen::Vector3d& middle,
                       const SignedDistance& gap);
 
-}  // namespace geometry
-}  // namespace pellicle
+}  // namespace pellicle::geometry

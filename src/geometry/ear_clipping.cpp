@@ -7,8 +7,7 @@
 #include <limits>
 #include <queue>
 
-namespace pellicle {
-inline namespace geometry {
+namespace pellicle::geometry {
 
 namespace {
 
@@ -208,5 +207,4 @@ std::vector<std::array<std::size_t, 3>> cut_ears(const std::vector<Eigen::Vector
   return flat.empty() ? std::vector<std::array<std::size_t, 3>>() : EarCutter(flat).cut();
 }
 
-}  // namespace geometry
-}  // namespace pellicle
+}  // namespace pellicle::geometry

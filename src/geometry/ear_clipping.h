@@ -5,8 +5,9 @@
 #include <cstddef>
 #include <vector>
 
-namespace pellicle {
-inline namespace geometry {
+#include "base/namespaces.h"
+
+namespace pellicle::geometry {
 
 /// Splits a simple polygon into triangles by cutting off ears, those with the shortest cut first, which keeps the
 /// number of triangles at a corner small. A polygon in space is seen along its area vector. The cost is near n log n:
@@ -16,5 +17,4 @@ inline namespace geometry {
 /// or has no area.
 std::vector<std::array<std::size_t, 3>> cut_ears(const std::vector<Eigen::Vector3d>& corners);
 
-}  // namespace geometry
-}  // namespace pellicle
+}  // namespace pellicle::geometry

@@ -4,8 +4,7 @@
 
 #include <algorithm>
 
-namespace pellicle {
-inline namespace geometry {
+namespace pellicle::geometry {
 
 namespace {
 
@@ -82,5 +81,4 @@ Eigen::Vector3d place_of_motion(const std::vector<std::vector<double>>& path, co
   return path.empty() ? Eigen::Vector3d(velocity * time) : place_on_key_points(path, time);
 }
 
-}  // namespace geometry
-}  // namespace pellicle
+}  // namespace pellicle::geometry

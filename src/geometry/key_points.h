@@ -4,8 +4,9 @@
 #include <string>
 #include <vector>
 
-namespace pellicle {
-inline namespace geometry {
+#include "base/namespaces.h"
+
+namespace pellicle::geometry {
 
 /// The place at `time` on a path given by key points.
 /// @param rows (time [s], x, y, z [m]) each, at least one, times increasing (fault_of_key_points). Linear between two
@@ -30,5 +31,4 @@ std::string fault_of_motion(const std::vector<std::vector<double>>& path, const 
 Eigen::Vector3d place_of_motion(const std::vector<std::vector<double>>& path, const Eigen::Vector3d& velocity,
                                 double time);
 
-}  // namespace geometry
-}  // namespace pellicle
+}  // namespace pellicle::geometry

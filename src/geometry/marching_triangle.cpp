@@ -1,7 +1,6 @@
 #include "geometry/marching_triangle.h"
 
-namespace pellicle {
-inline namespace geometry {
+namespace pellicle::geometry {
 
 KeptPart marching_triangle(const std::array<double, 3>& level) {
   const auto kept = [&level](int corner) { return level[corner] >= 0; };
@@ -28,5 +27,4 @@ KeptPart marching_triangle(const std::array<double, 3>& level) {
   return {2, {{{whole(a), whole(b), cut(b, c)}, {whole(a), cut(b, c), cut(a, c)}}}};
 }
 
-}  // namespace geometry
-}  // namespace pellicle
+}  // namespace pellicle::geometry

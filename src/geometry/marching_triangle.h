@@ -2,8 +2,9 @@
 
 #include <array>
 
-namespace pellicle {
-inline namespace geometry {
+#include "base/namespaces.h"
+
+namespace pellicle::geometry {
 
 /// A point on the border of a triangle: its corner `from`, or a point between two corners.
 struct BorderPoint {
@@ -21,5 +22,4 @@ struct KeptPart {
 /// Marching triangles (burning paper, Fig. 6). @param level at the three corners
 KeptPart marching_triangle(const std::array<double, 3>& level);
 
-}  // namespace geometry
-}  // namespace pellicle
+}  // namespace pellicle::geometry

@@ -4,8 +4,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace pellicle {
-inline namespace geometry {
+namespace pellicle::geometry {
 
 namespace {
 
@@ -63,5 +62,4 @@ NearestPoints nearest_of_edges(const std::array<Eigen::Vector3d, 4>& corners) {
   return {{1 - s, s, t - 1, -t}, between + s * first - t * second};
 }
 
-}  // namespace geometry
-}  // namespace pellicle
+}  // namespace pellicle::geometry

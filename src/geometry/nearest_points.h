@@ -3,8 +3,9 @@
 #include <Eigen/Core>
 #include <array>
 
-namespace pellicle {
-inline namespace geometry {
+#include "base/namespaces.h"
+
+namespace pellicle::geometry {
 
 /// The nearest points of two features with four corners p_a in all.
 struct NearestPoints {
@@ -20,5 +21,4 @@ NearestPoints nearest_of_point_and_triangle(const std::array<Eigen::Vector3d, 4>
 /// @param corners ends of the first edge, then of the second; an edge may be a point, both may be parallel
 NearestPoints nearest_of_edges(const std::array<Eigen::Vector3d, 4>& corners);
 
-}  // namespace geometry
-}  // namespace pellicle
+}  // namespace pellicle::geometry

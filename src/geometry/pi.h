@@ -1,9 +1,9 @@
 #pragma once
 
-namespace pellicle {
-inline namespace geometry {
+#include "base/namespaces.h"
+
+namespace pellicle::geometry {
 
 constexpr double pi = 3.14159265358979323846;
 
-}  // namespace geometry
-}  // namespace pellicle
+}  // namespace pellicle::geometry

@@ -6,8 +6,7 @@
 
 #include "geometry/cross_matrix.h"
 
-namespace pellicle {
-inline namespace geometry {
+namespace pellicle::geometry {
 
 // The load of a pressure p on a triangle, (p/3) A n on every corner (balloon paper, eq. 15), and its derivative. Summed
 // over a surface that is closed, or whose boundary stays in planes that close it, the force is p dV/dx, and its
@@ -59,5 +58,4 @@ inline Eigen::Matrix3d rim_stiffness(double pressure, const Eigen::Vector3d& fro
   return cross_matrix(-pressure / 12 * (to - from));
 }
 
-}  // namespace geometry
-}  // namespace pellicle
+}  // namespace pellicle::geometry

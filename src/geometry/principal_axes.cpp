@@ -2,13 +2,11 @@
 
 #include <Eigen/Eigenvalues>
 
-namespace pellicle {
-inline namespace geometry {
+namespace pellicle::geometry {
 
 PrincipalAxes principal_axes(const Eigen::MatrixXd& symmetric) {
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(symmetric);
   return {solver.eigenvalues(), solver.eigenvectors()};
 }
 
-}  // namespace geometry
-}  // namespace pellicle
+}  // namespace pellicle::geometry

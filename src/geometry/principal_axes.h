@@ -2,8 +2,9 @@
 
 #include <Eigen/Core>
 
-namespace pellicle {
-inline namespace geometry {
+#include "base/namespaces.h"
+
+namespace pellicle::geometry {
 
 /// Eigenvalues, ascending, and orthonormal eigenvectors of a symmetric matrix.
 struct PrincipalAxes {
@@ -14,5 +15,4 @@ struct PrincipalAxes {
 /// Principal axes of a matrix of any size. Compiled once, since Eigen's blocked algorithms take long to compile.
 PrincipalAxes principal_axes(const Eigen::MatrixXd& symmetric);
 
-}  // namespace geometry
-}  // namespace pellicle
+}  // namespace pellicle::geometry

@@ -3,8 +3,9 @@
 #include <Eigen/Core>
 #include <vector>
 
-namespace pellicle {
-inline namespace geometry {
+#include "base/namespaces.h"
+
+namespace pellicle::geometry {
 
 /// Orthogonal projectors on the directions in which vertices may move: I for most, which is stored once, I - n n^T and
 /// so on, 0 for constrained ones.
@@ -53,5 +54,4 @@ class Projectors {
   std::vector<int> bound_;
 };
 
-}  // namespace geometry
-}  // namespace pellicle
+}  // namespace pellicle::geometry

@@ -6,8 +6,7 @@
 #include "geometry/key_points.h"
 #include "geometry/pi.h"
 
-namespace pellicle {
-inline namespace geometry {
+namespace pellicle::geometry {
 
 Eigen::Matrix3d rotation_matrix(const Eigen::Vector3d& vector) {
   const double angle = vector.norm();
@@ -50,5 +49,4 @@ std::string fault_of(const RigidMotion& motion) {
   return "";
 }
 
-}  // namespace geometry
-}  // namespace pellicle
+}  // namespace pellicle::geometry

@@ -4,8 +4,9 @@
 #include <string>
 #include <vector>
 
-namespace pellicle {
-inline namespace geometry {
+#include "base/namespaces.h"
+
+namespace pellicle::geometry {
 
 /// Pose of a rigid solid: its own frame in the world.
 struct Pose {
@@ -38,5 +39,4 @@ struct RigidMotion {
 /// Message if a motion is invalid; otherwise empty. It follows the key of the moving object, as for fault_of_motion.
 std::string fault_of(const RigidMotion& motion);
 
-}  // namespace geometry
-}  // namespace pellicle
+}  // namespace pellicle::geometry

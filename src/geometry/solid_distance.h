@@ -4,8 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-namespace pellicle {
-inline namespace geometry {
+#include "base/namespaces.h"
+
+namespace pellicle::geometry {
 
 // Distances of a point from the surface of a solid that lies in its own frame, negative inside [m]. Formulas of I.
 // Quilez, "Distance functions" (iquilezles.org). Exact, except for the ellipsoid.
@@ -51,5 +52,4 @@ inline double distance_from_torus(const Eigen::Vector3d& point, double major_rad
   return std::hypot(point.head<2>().norm() - major_radius, point.z()) - tube_radius;
 }
 
-}  // namespace geometry
-}  // namespace pellicle
+}  // namespace pellicle::geometry

@@ -7,8 +7,7 @@
 
 #include "geometry/pi.h"
 
-namespace pellicle {
-inline namespace geometry {
+namespace pellicle::geometry {
 
 namespace {
 
@@ -219,5 +218,4 @@ Facets facets_of(const Shape& shape, double half_plane) {
   return visit(shape, [half_plane](const auto& kind) { return kind.facets(half_plane); });
 }
 
-}  // namespace geometry
-}  // namespace pellicle
+}  // namespace pellicle::geometry

@@ -14,8 +14,7 @@
 #include "geometry/closed_mesh.h"
 #include "geometry/rigid_motion.h"
 
-namespace pellicle {
-inline namespace geometry {
+namespace pellicle::geometry {
 
 /// Options of a shape in a deck: numbers of ShapeNumbers, the axis along which its z axis lies, or a plane's point
 /// and normal.
@@ -148,5 +147,4 @@ double depth_of(const Shape& shape);
 /// The surface of a shape in its own frame. @param half_plane half side of the square that is drawn of a plane [m]
 Facets facets_of(const Shape& shape, double half_plane);
 
-}  // namespace geometry
-}  // namespace pellicle
+}  // namespace pellicle::geometry

@@ -4,8 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace pellicle {
-inline namespace geometry {
+namespace pellicle::geometry {
 
 namespace {
 
@@ -41,5 +40,4 @@ bool triangles_intersect(const Triangle& first, const Triangle& second) {
   return false;
 }
 
-}  // namespace geometry
-}  // namespace pellicle
+}  // namespace pellicle::geometry

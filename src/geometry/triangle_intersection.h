@@ -4,8 +4,9 @@
 #include <algorithm>
 #include <array>
 
-namespace pellicle {
-inline namespace geometry {
+#include "base/namespaces.h"
+
+namespace pellicle::geometry {
 
 using Triangle = std::array<Eigen::Vector3d, 3>;
 
@@ -26,5 +27,4 @@ bool segment_cuts_triangle(const Eigen::Vector3d& p, const Eigen::Vector3d& q, c
 /// lie in one plane, or only touch, do not. In plain double precision.
 bool triangles_intersect(const Triangle& first, const Triangle& second);
 
-}  // namespace geometry
-}  // namespace pellicle
+}  // namespace pellicle::geometry

@@ -12,8 +12,7 @@
 #include "linear/shell_operations.h"
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace heat {
+namespace pellicle::heat {
 
 Conduction::Conduction(const Surface& surface, const HeatOptions& options,
                        const std::vector<double>& diffusivity_factor)
@@ -187,5 +186,4 @@ StageResult Conduction::advance(Field& temperature, const ConductionInput& input
   return result;
 }
 
-}  // namespace heat
-}  // namespace pellicle
+}  // namespace pellicle::heat

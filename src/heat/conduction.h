@@ -11,8 +11,7 @@
 #include "surface/active_set.h"
 #include "surface/surface.h"
 
-namespace pellicle {
-inline namespace heat {
+namespace pellicle::heat {
 
 /// Data of a step for conduction, with ghosts up to date.
 struct ConductionInput {
@@ -72,5 +71,4 @@ class Conduction {
   KspHandle ksp_;
 };
 
-}  // namespace heat
-}  // namespace pellicle
+}  // namespace pellicle::heat

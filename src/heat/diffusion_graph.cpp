@@ -5,8 +5,7 @@
 
 #include "surface/drawn_places.h"
 
-namespace pellicle {
-inline namespace heat {
+namespace pellicle::heat {
 
 namespace {
 
@@ -132,5 +131,4 @@ void set_cotangent(DiffusionGraph& graph, const Surface& surface, const std::vec
   graph.capacity = mass.values().row(0).head(surface.particles.owned);
 }
 
-}  // namespace heat
-}  // namespace pellicle
+}  // namespace pellicle::heat

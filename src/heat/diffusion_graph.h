@@ -8,8 +8,7 @@
 #include "surface/active_set.h"
 #include "surface/surface.h"
 
-namespace pellicle {
-inline namespace heat {
+namespace pellicle::heat {
 
 /// Diffusion between pairs of particles: capacity_i dT_i/dt = sum_j weight_ij (T_j - T_i), a symmetric graph Laplacian.
 struct DiffusionGraph {
@@ -56,5 +55,4 @@ std::vector<std::array<PetscInt, 2>> cotangent_pairs(const Surface& surface);
 void set_cotangent(DiffusionGraph& graph, const Surface& surface, const std::vector<double>& diffusivity,
                    const Field& positions, const Field& mass, const ActiveSet& active);
 
-}  // namespace heat
-}  // namespace pellicle
+}  // namespace pellicle::heat

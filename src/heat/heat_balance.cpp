@@ -6,8 +6,7 @@
 
 #include "surface/drawn_places.h"
 
-namespace pellicle {
-inline namespace heat {
+namespace pellicle::heat {
 
 double heat_content(const Surface& surface, const Field& mass, const Field& temperature, double capacity) {
   // The ledger compares sums over the whole surface with the heat that came in, which may be a small part of them.
@@ -86,5 +85,4 @@ HeatExchange exchange_with_surroundings(Field& temperature, const Surface& surfa
   return exchange;
 }
 
-}  // namespace heat
-}  // namespace pellicle
+}  // namespace pellicle::heat

@@ -5,8 +5,7 @@
 #include "surface/active_set.h"
 #include "surface/surface.h"
 
-namespace pellicle {
-inline namespace heat {
+namespace pellicle::heat {
 
 /// sum c m_i T_i of the owned particles [J]; with a change of mass or temperature as argument, the change of heat. Not
 /// collective: the caller sums over the ranks.
@@ -38,5 +37,4 @@ HeatExchange exchange_with_surroundings(Field& temperature, const Surface& surfa
                                         const Field& mass, const ActiveSet& active, double time_step,
                                         const HeatOptions& options);
 
-}  // namespace heat
-}  // namespace pellicle
+}  // namespace pellicle::heat

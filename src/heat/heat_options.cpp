@@ -2,8 +2,7 @@
 
 #include "options/options.h"
 
-namespace pellicle {
-inline namespace heat {
+namespace pellicle::heat {
 
 void describe(OptionTable& table, HeatOptions& options) {
   table.add("heat.initial_temperature", options.initial_temperature, Rules("K").more_than(0),
@@ -43,5 +42,4 @@ void describe(OptionTable& table, HeatOptions& options) {
   table.add_solver_prefix("heat_");
 }
 
-}  // namespace heat
-}  // namespace pellicle
+}  // namespace pellicle::heat

@@ -7,8 +7,7 @@
 #include "heat/heat_source.h"
 #include "options/choice.h"
 
-namespace pellicle {
-inline namespace heat {
+namespace pellicle::heat {
 
 /// Discrete Laplacian of the conduction. umbrella: eq. 3 as printed.
 enum class HeatOperator { consistent, umbrella };
@@ -40,5 +39,4 @@ struct HeatOptions {
 /// Declares the options `heat.*`, the objects `heat.sources` and the solver prefix `heat_`.
 void describe(OptionTable& table, HeatOptions& options);
 
-}  // namespace heat
-}  // namespace pellicle
+}  // namespace pellicle::heat

@@ -7,8 +7,7 @@
 #include "base/units.h"
 #include "geometry/key_points.h"
 
-namespace pellicle {
-inline namespace heat {
+namespace pellicle::heat {
 
 namespace {
 
@@ -110,5 +109,4 @@ double apply_heat_source(Field& temperature, const HeatSource& source, const Hea
   return heat;
 }
 
-}  // namespace heat
-}  // namespace pellicle
+}  // namespace pellicle::heat

@@ -9,8 +9,7 @@
 #include "parallel/field.h"
 #include "surface/surface.h"
 
-namespace pellicle {
-inline namespace heat {
+namespace pellicle::heat {
 
 enum class SourceShape : int {};  ///< number of a shape among heat_source_shapes()
 std::vector<std::string> names_of(SourceShape);
@@ -72,5 +71,4 @@ struct HeatSourceInput {
 /// @returns the heat added to the owned particles [J].
 double apply_heat_source(Field& temperature, const HeatSource& source, const HeatSourceInput& input);
 
-}  // namespace heat
-}  // namespace pellicle
+}  // namespace pellicle::heat

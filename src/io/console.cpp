@@ -12,8 +12,7 @@
 #include "base/stage_clock.h"
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace io {
+namespace pellicle::io {
 
 bool stdout_is_terminal() {
   if (std::getenv("OMPI_COMM_WORLD_SIZE") == nullptr) {
@@ -115,5 +114,4 @@ void Console::stage_table(const std::vector<std::pair<std::string, const StageCl
   row("total", "", total);
 }
 
-}  // namespace io
-}  // namespace pellicle
+}  // namespace pellicle::io

@@ -8,11 +8,13 @@
 #include <utility>
 #include <vector>
 
-namespace pellicle {
-inline namespace base {
+#include "base/namespaces.h"
+
+namespace pellicle::base {
 class StageClock;
-}  // namespace base
-inline namespace io {
+}  // namespace pellicle::base
+
+namespace pellicle::io {
 
 /// The figures of a progress line.
 struct Progress {
@@ -66,5 +68,4 @@ std::string time_text(double seconds);
 /// A span of time in words: "0.35 s", "12 s", "3 min 05 s", "2 h 10 min".
 std::string duration_text(double seconds);
 
-}  // namespace io
-}  // namespace pellicle
+}  // namespace pellicle::io

@@ -7,8 +7,7 @@
 #include "base/error.h"
 #include "options/spelling.h"
 
-namespace pellicle {
-inline namespace io {
+namespace pellicle::io {
 
 /// Names that have to differ, of the files in a folder or of the columns of a table, each with the option that chooses
 /// it. Case is ignored, as some file systems, and some programs that read tables, do.
@@ -41,5 +40,4 @@ class DistinctNames {
   std::map<std::string, Named> named_;  ///< by the name in lower case
 };
 
-}  // namespace io
-}  // namespace pellicle
+}  // namespace pellicle::io

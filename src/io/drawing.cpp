@@ -20,8 +20,7 @@
 
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace io {
+namespace pellicle::io {
 
 namespace {
 
@@ -231,5 +230,4 @@ vtkSmartPointer<vtkPolyData> drawing_of_solid(const Solid& solid, double half) {
   return drawing;
 }
 
-}  // namespace io
-}  // namespace pellicle
+}  // namespace pellicle::io

@@ -12,8 +12,7 @@
 #include "surface/drawn_surface.h"
 #include "surface/sheet.h"
 
-namespace pellicle {
-inline namespace io {
+namespace pellicle::io {
 
 /// A field to draw: `components` doubles for each local item, ghosts included.
 struct DrawnField {
@@ -57,5 +56,4 @@ vtkSmartPointer<vtkPolyData> drawn(const Drawing& drawing, const double* positio
 /// @param half half of the square's edge [m]
 vtkSmartPointer<vtkPolyData> drawing_of_solid(const Solid& solid, double half);
 
-}  // namespace io
-}  // namespace pellicle
+}  // namespace pellicle::io

@@ -20,8 +20,7 @@
 #include "base/error.h"
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace io {
+namespace pellicle::io {
 
 namespace {
 
@@ -230,5 +229,4 @@ void FrameSeries::write_list() {
   });
 }
 
-}  // namespace io
-}  // namespace pellicle
+}  // namespace pellicle::io

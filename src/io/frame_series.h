@@ -10,8 +10,7 @@
 
 class vtkPolyData;
 
-namespace pellicle {
-inline namespace io {
+namespace pellicle::io {
 
 /// A part of the frames of a series: an object, or a body.
 struct FramePart {
@@ -70,5 +69,4 @@ class FrameSeries {
   int next_number_ = 0;        ///< of the frame in progress, or the next
 };
 
-}  // namespace io
-}  // namespace pellicle
+}  // namespace pellicle::io

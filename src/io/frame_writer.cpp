@@ -9,8 +9,7 @@
 #include "base/error.h"
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace io {
+namespace pellicle::io {
 
 namespace {
 
@@ -160,5 +159,4 @@ std::vector<DrawnField> FrameWriter::chosen(const std::vector<DrawnField>& field
   return result;
 }
 
-}  // namespace io
-}  // namespace pellicle
+}  // namespace pellicle::io

@@ -11,8 +11,7 @@
 #include "io/output_options.h"
 #include "state/hdf5_file.h"
 
-namespace pellicle {
-inline namespace io {
+namespace pellicle::io {
 
 /// The state of an object, a sheet or membrane, to be written as a frame. Its pointers must stay valid until it is
 /// written.
@@ -97,5 +96,4 @@ class FrameWriter {
   int last_step_ = 0;
 };
 
-}  // namespace io
-}  // namespace pellicle
+}  // namespace pellicle::io

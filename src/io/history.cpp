@@ -12,8 +12,7 @@
 #include "base/units.h"
 #include "io/distinct_names.h"
 
-namespace pellicle {
-inline namespace io {
+namespace pellicle::io {
 
 namespace {
 
@@ -137,5 +136,4 @@ void History::require_present() {
   throw Error(fault + "; its rows are in " + file_.path());
 }
 
-}  // namespace io
-}  // namespace pellicle
+}  // namespace pellicle::io

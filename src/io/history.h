@@ -7,8 +7,7 @@
 #include "io/output_folder.h"
 #include "state/hdf5_file.h"
 
-namespace pellicle {
-inline namespace io {
+namespace pellicle::io {
 
 /// Keeps the tables of a checkpoint (History::save) from which a run continues, before its folder is started.
 /// Collective. @throws Error, on all ranks, if one is missing or shorter than it was
@@ -54,5 +53,4 @@ class History {
   OpenFile file_;  ///< open on rank 0 only
 };
 
-}  // namespace io
-}  // namespace pellicle
+}  // namespace pellicle::io

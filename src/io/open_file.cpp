@@ -12,8 +12,7 @@
 
 #include "base/error.h"
 
-namespace pellicle {
-inline namespace io {
+namespace pellicle::io {
 
 OpenFile::OpenFile(std::string path, int flags)
     : path_(std::move(path)),
@@ -113,5 +112,4 @@ std::string checksum_of(const std::string& text) {
   return sum.str();
 }
 
-}  // namespace io
-}  // namespace pellicle
+}  // namespace pellicle::io

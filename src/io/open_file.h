@@ -2,8 +2,9 @@
 
 #include <string>
 
-namespace pellicle {
-inline namespace io {
+#include "base/namespaces.h"
+
+namespace pellicle::io {
 
 /// An open file, by its descriptor, so that its replacement at its path can be detected. Closed by the destructor.
 class OpenFile {
@@ -47,5 +48,4 @@ class OpenFile {
 /// CRC-32 of a text, in hexadecimal digits.
 std::string checksum_of(const std::string& text);
 
-}  // namespace io
-}  // namespace pellicle
+}  // namespace pellicle::io

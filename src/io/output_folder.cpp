@@ -16,8 +16,7 @@
 #include "base/error.h"
 #include "io/open_file.h"
 
-namespace pellicle {
-inline namespace io {
+namespace pellicle::io {
 
 namespace {
 
@@ -328,5 +327,4 @@ void OutputFolder::require_present() {
   throw Error(what + "; what could be kept is there");
 }
 
-}  // namespace io
-}  // namespace pellicle
+}  // namespace pellicle::io

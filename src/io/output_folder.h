@@ -14,8 +14,7 @@
 #include "io/output_options.h"
 #include "io/run_record.h"
 
-namespace pellicle {
-inline namespace io {
+namespace pellicle::io {
 
 /// The folder of a run: used by one run at a time, and by runs of one name only. `run_files.txt` in it lists every file
 /// that the run writes; the next run of this name removes the listed files alone. During the run the list is locked, by
@@ -95,5 +94,4 @@ class OutputFolder {
   std::vector<std::function<bool(const std::string&)>> stays_;
 };
 
-}  // namespace io
-}  // namespace pellicle
+}  // namespace pellicle::io

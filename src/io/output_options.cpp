@@ -7,8 +7,7 @@
 #include "base/error.h"
 #include "options/options.h"
 
-namespace pellicle {
-inline namespace io {
+namespace pellicle::io {
 
 namespace {
 
@@ -80,5 +79,4 @@ void describe(OptionTable& table, OutputOptions& options) {
             "terminal, elsewhere one after five minutes without a line");
 }
 
-}  // namespace io
-}  // namespace pellicle
+}  // namespace pellicle::io

@@ -3,11 +3,13 @@
 #include <string>
 #include <vector>
 
-namespace pellicle {
-inline namespace options {
+#include "base/namespaces.h"
+
+namespace pellicle::options {
 class OptionTable;
-}  // namespace options
-inline namespace io {
+}  // namespace pellicle::options
+
+namespace pellicle::io {
 
 /// Folder, content and frequency of a run's files.
 struct OutputOptions {
@@ -28,5 +30,4 @@ struct OutputOptions {
 
 void describe(OptionTable& table, OutputOptions& options);
 
-}  // namespace io
-}  // namespace pellicle
+}  // namespace pellicle::io

@@ -13,8 +13,7 @@
 #include "base/error.h"
 #include "base/memory.h"
 
-namespace pellicle {
-inline namespace io {
+namespace pellicle::io {
 
 namespace {
 
@@ -151,5 +150,4 @@ Picture read_png(const std::string& path) {
   return picture;
 }
 
-}  // namespace io
-}  // namespace pellicle
+}  // namespace pellicle::io

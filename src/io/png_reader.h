@@ -3,8 +3,9 @@
 #include <string>
 #include <vector>
 
-namespace pellicle {
-inline namespace io {
+#include "base/namespaces.h"
+
+namespace pellicle::io {
 
 /// A grey picture.
 struct Picture {
@@ -19,5 +20,4 @@ struct Picture {
 /// more than 2^26 pixels (8192 x 8192) or does not fit in memory, which is found before it is decoded.
 Picture read_png(const std::string& path);
 
-}  // namespace io
-}  // namespace pellicle
+}  // namespace pellicle::io

@@ -16,8 +16,7 @@
 #include "io/open_file.h"
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace io {
+namespace pellicle::io {
 
 namespace {
 
@@ -108,5 +107,4 @@ std::map<std::string, std::string> record_files(const RunRecord& record, int ran
   return files;
 }
 
-}  // namespace io
-}  // namespace pellicle
+}  // namespace pellicle::io

@@ -8,8 +8,7 @@
 
 #include "options/deck.h"
 
-namespace pellicle {
-inline namespace io {
+namespace pellicle::io {
 
 /// A file that an option names.
 struct InputFile {
@@ -39,5 +38,4 @@ struct RunRecord {
 /// @param ranks of the run
 std::map<std::string, std::string> record_files(const RunRecord& record, int ranks);
 
-}  // namespace io
-}  // namespace pellicle
+}  // namespace pellicle::io

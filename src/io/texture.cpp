@@ -6,8 +6,7 @@
 #include "base/error.h"
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace io {
+namespace pellicle::io {
 
 Texture Texture::read(MPI_Comm comm, const std::string& path) {
   Texture texture;
@@ -56,5 +55,4 @@ std::vector<double> Textures::values(const Eigen::Matrix2Xd& uv, const std::stri
   return values;
 }
 
-}  // namespace io
-}  // namespace pellicle
+}  // namespace pellicle::io

@@ -9,8 +9,7 @@
 
 #include "io/png_reader.h"
 
-namespace pellicle {
-inline namespace io {
+namespace pellicle::io {
 
 /// A grey picture that gives a factor at texture coordinates: the mass-loss rate, the diffusivity, a constraint weight.
 class Texture {
@@ -51,5 +50,4 @@ class Textures {
   std::map<std::string, Texture> read_;  ///< by file
 };
 
-}  // namespace io
-}  // namespace pellicle
+}  // namespace pellicle::io

@@ -3,8 +3,9 @@
 #include <functional>
 #include <optional>
 
-namespace pellicle {
-inline namespace linear {
+#include "base/namespaces.h"
+
+namespace pellicle::linear {
 
 /// The largest share 1, 1/2, 1/4, ... of a step that lowers a merit function by a ten-thousandth of the decrease that
 /// its slope predicts (Armijo); none after 20 halvings. Collective if the merit is.
@@ -26,5 +27,4 @@ inline std::optional<double> backtrack(const std::function<std::optional<double>
   return std::nullopt;
 }
 
-}  // namespace linear
-}  // namespace pellicle
+}  // namespace pellicle::linear

@@ -8,8 +8,7 @@
 #include "base/error.h"
 #include "linear/shell_operations.h"
 
-namespace pellicle {
-inline namespace linear {
+namespace pellicle::linear {
 
 Border::Border(LowRankSystem& part, int size) : part_(part), size_(size), rank_(rank_of(comm_of(part.sparse()))) {
   const MPI_Comm comm = comm_of(part_.sparse());
@@ -182,5 +181,4 @@ void LoadBorder::multiply(Vec x, Vec y) {
   join(y, Eigen::VectorXd::Constant(1, scale_ * products[last()]));
 }
 
-}  // namespace linear
-}  // namespace pellicle
+}  // namespace pellicle::linear

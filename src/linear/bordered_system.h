@@ -5,8 +5,7 @@
 
 #include "linear/low_rank_system.h"
 
-namespace pellicle {
-inline namespace linear {
+namespace pellicle::linear {
 
 /// A system with a border: rows and columns beside those of a LowRankSystem, its part. A vector of the bordered system
 /// has the rows of the part's T, and after rank 0's rows those of the border.
@@ -102,5 +101,4 @@ class LoadBorder : public Border {
   VecHandle influence_;   ///< A^-1 l
 };
 
-}  // namespace linear
-}  // namespace pellicle
+}  // namespace pellicle::linear

@@ -8,8 +8,7 @@
 
 #include "base/error.h"
 
-namespace pellicle {
-inline namespace linear {
+namespace pellicle::linear {
 
 InterfaceFactor::InterfaceFactor(std::vector<int> rows, std::vector<int> columns, int size, const std::string& prefix) {
   const std::size_t order = size;
@@ -71,5 +70,4 @@ void InterfaceFactor::solve(Eigen::VectorXd& values) {
   }
 }
 
-}  // namespace linear
-}  // namespace pellicle
+}  // namespace pellicle::linear

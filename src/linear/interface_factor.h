@@ -9,8 +9,7 @@
 
 #include "linear/mumps_factor.h"
 
-namespace pellicle {
-inline namespace linear {
+namespace pellicle::linear {
 
 /// L D L^T of a symmetric, possibly indefinite matrix of points with three unknowns each: that of the interface between
 /// ranks, where each rank's border is dense. By LAPACK's `sytrf` (Bunch and Kaufman, Math. Comp. 31, 1977) if there are
@@ -42,5 +41,4 @@ class InterfaceFactor {
   std::vector<double> workspace_;
 };
 
-}  // namespace linear
-}  // namespace pellicle
+}  // namespace pellicle::linear

@@ -16,8 +16,7 @@
 #include "linear/saved_system.h"
 #include "options/spelling.h"
 
-namespace pellicle {
-inline namespace linear {
+namespace pellicle::linear {
 
 namespace {
 
@@ -522,5 +521,4 @@ LinearResult solve(KSP ksp, Vec right_hand_side, Vec solution, const LinearNeed*
   return result;
 }
 
-}  // namespace linear
-}  // namespace pellicle
+}  // namespace pellicle::linear

@@ -12,8 +12,7 @@
 #include "base/handle.h"
 #include "base/stage_result.h"
 
-namespace pellicle {
-inline namespace linear {
+namespace pellicle::linear {
 
 /// Settings of a solver before the user's options are read.
 struct KspDefaults {
@@ -105,5 +104,4 @@ LinearResult solve(KSP ksp, Vec right_hand_side, Vec solution, const LinearNeed*
 std::string fault_of_solution(Mat matrix, Mat preconditioning, Vec right_hand_side, Vec solution,
                               const LinearNeed& need);
 
-}  // namespace linear
-}  // namespace pellicle
+}  // namespace pellicle::linear

@@ -4,8 +4,9 @@
 #include <Eigen/SparseCore>
 #include <vector>
 
-namespace pellicle {
-inline namespace linear {
+#include "base/namespaces.h"
+
+namespace pellicle::linear {
 
 /// Low-rank matrix G C G^T with G = S Q: the second derivative of a function of a few numbers, such as volumes. S is
 /// sparse, as each number depends on some of the unknowns only; Q mixes its columns so that C is diagonal.
@@ -36,5 +37,4 @@ struct LowRank {
   Eigen::VectorXd coefficients;        ///< the diagonal of C, the same on every rank
 };
 
-}  // namespace linear
-}  // namespace pellicle
+}  // namespace pellicle::linear

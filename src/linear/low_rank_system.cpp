@@ -8,8 +8,7 @@
 #include "linear/shell_operations.h"
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace linear {
+namespace pellicle::linear {
 
 LowRankSystem::LowRankSystem(Mat sparse, int columns, const std::string& prefix, const KspDefaults& defaults)
     : sparse_(sparse), rtol_(defaults.rtol), count_(columns) {
@@ -171,5 +170,4 @@ Eigen::MatrixXd LowRankSystem::column_products(const std::vector<Vec>& vectors) 
   return products;
 }
 
-}  // namespace linear
-}  // namespace pellicle
+}  // namespace pellicle::linear

@@ -9,8 +9,7 @@
 #include "linear/ksp.h"
 #include "linear/low_rank.h"
 
-namespace pellicle {
-inline namespace linear {
+namespace pellicle::linear {
 
 /// The system A x = b with A = T + G C G^T: T is sparse or matrix-free, G C G^T a LowRank. The preconditioner is made
 /// from T. A solver without iterations (preonly) solves with T alone, and the columns are added by Woodbury's formula.
@@ -87,5 +86,4 @@ class LowRankSystem {
   std::vector<VecHandle> influence_;  ///< T^-1 g of the first columns, those solved for since the last update
 };
 
-}  // namespace linear
-}  // namespace pellicle
+}  // namespace pellicle::linear

@@ -13,8 +13,7 @@
 #include "linear/ksp.h"
 #include "parallel/partition.h"
 
-namespace pellicle {
-inline namespace linear {
+namespace pellicle::linear {
 
 namespace {
 
@@ -178,5 +177,4 @@ void MumpsFactor::expand(Eigen::VectorXd& solution) {
   solve(border_ > 0 ? 2 : 0);
 }
 
-}  // namespace linear
-}  // namespace pellicle
+}  // namespace pellicle::linear

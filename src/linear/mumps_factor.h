@@ -5,8 +5,9 @@
 #include <string>
 #include <vector>
 
-namespace pellicle {
-inline namespace linear {
+#include "base/namespaces.h"
+
+namespace pellicle::linear {
 
 /// L D L^T of the inner unknowns i of a symmetric, possibly indefinite matrix of points with three unknowns each, by
 /// MUMPS on this rank alone, and the Schur complement on the other unknowns, the border b:
@@ -61,5 +62,4 @@ class MumpsFactor {
   std::unique_ptr<Instance> mumps_;
 };
 
-}  // namespace linear
-}  // namespace pellicle
+}  // namespace pellicle::linear

@@ -5,8 +5,7 @@
 
 #include "base/error.h"
 
-namespace pellicle {
-inline namespace linear {
+namespace pellicle::linear {
 
 namespace {
 
@@ -71,5 +70,4 @@ DmHandle make_dm(Mat matrix, const std::string& prefix, const NamedFields& field
   return dm;
 }
 
-}  // namespace linear
-}  // namespace pellicle
+}  // namespace pellicle::linear

@@ -7,8 +7,7 @@
 
 #include "base/handle.h"
 
-namespace pellicle {
-inline namespace linear {
+namespace pellicle::linear {
 
 using DmHandle = Handle<DM, DMDestroy>;
 
@@ -24,5 +23,4 @@ struct NamedFields {
 /// their names. Collective.
 DmHandle make_dm(Mat matrix, const std::string& prefix, const NamedFields& fields);
 
-}  // namespace linear
-}  // namespace pellicle
+}  // namespace pellicle::linear

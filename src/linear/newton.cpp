@@ -6,8 +6,7 @@
 
 #include "base/error.h"
 
-namespace pellicle {
-inline namespace linear {
+namespace pellicle::linear {
 
 namespace {
 
@@ -170,5 +169,4 @@ NewtonResult Newton::solve(Vec position) {
   return result_;
 }
 
-}  // namespace linear
-}  // namespace pellicle
+}  // namespace pellicle::linear

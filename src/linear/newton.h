@@ -11,8 +11,7 @@
 #include "linear/ksp.h"
 #include "linear/named_fields.h"
 
-namespace pellicle {
-inline namespace linear {
+namespace pellicle::linear {
 
 using SnesHandle = Handle<SNES, SNESDestroy>;
 
@@ -98,5 +97,4 @@ class Newton {
   SnesHandle snes_;
 };
 
-}  // namespace linear
-}  // namespace pellicle
+}  // namespace pellicle::linear

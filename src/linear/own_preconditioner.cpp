@@ -5,8 +5,7 @@
 #include "base/error.h"
 #include "base/handle.h"
 
-namespace pellicle {
-inline namespace linear {
+namespace pellicle::linear {
 
 namespace {
 
@@ -95,5 +94,4 @@ bool is_own_type(const std::string& type) { return own_types().count(type) > 0; 
 
 bool offers_preconditioner(Mat matrix, const std::string& type) { return offered_by(matrix, type) != nullptr; }
 
-}  // namespace linear
-}  // namespace pellicle
+}  // namespace pellicle::linear

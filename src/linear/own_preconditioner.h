@@ -5,8 +5,9 @@
 #include <functional>
 #include <string>
 
-namespace pellicle {
-inline namespace linear {
+#include "base/namespaces.h"
+
+namespace pellicle::linear {
 
 /// A preconditioner for one particular matrix, as a PETSc type: after `offer_preconditioner(matrix, "lines", ...)`,
 /// `-<prefix>pc_type lines` sets it on any solver that is preconditioned from that matrix.
@@ -24,5 +25,4 @@ bool is_own_type(const std::string& type);
 /// Whether a given matrix has a preconditioner of this type.
 bool offers_preconditioner(Mat matrix, const std::string& type);
 
-}  // namespace linear
-}  // namespace pellicle
+}  // namespace pellicle::linear

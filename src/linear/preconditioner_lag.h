@@ -6,8 +6,7 @@
 
 #include "base/error.h"
 
-namespace pellicle {
-inline namespace linear {
+namespace pellicle::linear {
 
 /// Decides when a preconditioner is renewed while its matrix changes: when the iterations of its solves beyond those of
 /// the shortest solve have cost as much as a new one.
@@ -45,5 +44,4 @@ class PreconditionerLag {
   PetscInt wasted_iterations_ = 0;  ///< of all these solves, beyond the fewest each
 };
 
-}  // namespace linear
-}  // namespace pellicle
+}  // namespace pellicle::linear

@@ -5,8 +5,7 @@
 
 #include "base/sorting.h"
 
-namespace pellicle {
-inline namespace linear {
+namespace pellicle::linear {
 
 RankInterface::RankInterface(MPI_Comm comm, PetscInt first, PetscInt owned, const std::vector<PetscInt>& later)
     : comm_(comm), first_(first), rows_(without_repeats(of_all_ranks(comm, later))) {
@@ -58,5 +57,4 @@ void RankInterface::sum(const double* own, const double* on_border, Eigen::Vecto
   }
 }
 
-}  // namespace linear
-}  // namespace pellicle
+}  // namespace pellicle::linear

@@ -8,8 +8,7 @@
 
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace linear {
+namespace pellicle::linear {
 
 /// Interface between the ranks that share a symmetric matrix, for substructuring: a row belongs to the interface if it
 /// is coupled with a row of an earlier rank, and is an inner row otherwise. So inner rows are coupled with their rank's
@@ -59,5 +58,4 @@ class RankInterface {
   Gatherer gatherer_;
 };
 
-}  // namespace linear
-}  // namespace pellicle
+}  // namespace pellicle::linear

@@ -8,8 +8,7 @@
 #include "base/handle.h"
 #include "linear/ksp.h"
 
-namespace pellicle {
-inline namespace linear {
+namespace pellicle::linear {
 
 namespace {
 
@@ -105,5 +104,4 @@ void replay(MPI_Comm comm, const std::string& file) {
   }
 }
 
-}  // namespace linear
-}  // namespace pellicle
+}  // namespace pellicle::linear

@@ -4,8 +4,9 @@
 
 #include <string>
 
-namespace pellicle {
-inline namespace linear {
+#include "base/namespaces.h"
+
+namespace pellicle::linear {
 
 /// Writes the matrix from which the preconditioner is made, and the right-hand side, to the file that the option
 /// `-<prefix>save_system` names, if it is given. Each solve overwrites the file, so that the last one remains. PETSc's
@@ -17,5 +18,4 @@ void save_systems(KSP ksp, const std::string& prefix);
 /// solver does not converge
 void replay(MPI_Comm comm, const std::string& file);
 
-}  // namespace linear
-}  // namespace pellicle
+}  // namespace pellicle::linear

@@ -7,8 +7,7 @@
 
 #include "base/error.h"
 
-namespace pellicle {
-inline namespace linear {
+namespace pellicle::linear {
 
 /// A member function as PETSc calls it for a shell matrix, whose context is the object.
 template <auto method, class Self, class... Arguments>
@@ -78,5 +77,4 @@ void copy_to(Vec vector, const Values& values) {
   std::copy(values.begin(), values.end(), VecValues{vector}.data());
 }
 
-}  // namespace linear
-}  // namespace pellicle
+}  // namespace pellicle::linear

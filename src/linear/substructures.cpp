@@ -12,8 +12,7 @@
 #include "base/handle.h"
 #include "linear/shell_operations.h"
 
-namespace pellicle {
-inline namespace linear {
+namespace pellicle::linear {
 
 /// Cholesky factor of a rank's inner unknowns i and their border b:
 ///
@@ -389,5 +388,4 @@ void Substructures::solve(Vec in, Vec out) {
   scatter(interface_.own(), interface_values_.data() + interface_.own_first());
 }
 
-}  // namespace linear
-}  // namespace pellicle
+}  // namespace pellicle::linear

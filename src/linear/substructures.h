@@ -9,8 +9,7 @@
 #include "linear/rank_interface.h"
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace linear {
+namespace pellicle::linear {
 
 /// The inverse of a symmetric positive definite matrix whose rows are shared out among ranks, by substructuring
 /// (Przemieniecki, Matrix structural analysis of substructures, AIAA Journal 1, 1963). Each rank eliminates its inner
@@ -61,5 +60,4 @@ class Substructures {
   Eigen::VectorXd interface_values_;
 };
 
-}  // namespace linear
-}  // namespace pellicle
+}  // namespace pellicle::linear

@@ -14,8 +14,7 @@
 #include "meshing/implicit_surface.h"
 #include "options/options.h"
 
-namespace pellicle {
-inline namespace meshing {
+namespace pellicle::meshing {
 
 namespace {
 
@@ -232,5 +231,4 @@ SurfaceMesh blobs_mesh(const std::map<std::string, BlobOptions>& blobs, int vert
   return mesh;
 }
 
-}  // namespace meshing
-}  // namespace pellicle
+}  // namespace pellicle::meshing

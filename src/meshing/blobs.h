@@ -10,11 +10,11 @@
 #include "meshing/surface_mesh.h"
 #include "options/choice.h"
 
-namespace pellicle {
-inline namespace options {
+namespace pellicle::options {
 class OptionTable;
-}  // namespace options
-inline namespace meshing {
+}  // namespace pellicle::options
+
+namespace pellicle::meshing {
 
 enum class BlobShape { sphere, ellipsoid, box, capsule, cylinder, torus };
 inline std::vector<std::string> names_of(BlobShape) {
@@ -90,5 +90,4 @@ class Blobs {
 /// @throws Error in one line that names the key: no objects, nothing left, too few vertices for the shape.
 SurfaceMesh blobs_mesh(const std::map<std::string, BlobOptions>& blobs, int vertices);
 
-}  // namespace meshing
-}  // namespace pellicle
+}  // namespace pellicle::meshing

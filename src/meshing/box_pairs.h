@@ -9,8 +9,7 @@
 
 #include "base/sorting.h"
 
-namespace pellicle {
-inline namespace meshing {
+namespace pellicle::meshing {
 
 using Box = Eigen::AlignedBox3d;
 
@@ -68,5 +67,4 @@ bool visit_pairs(const std::vector<Box>& first, const std::vector<Box>& second, 
   return visitor.left > 0;
 }
 
-}  // namespace meshing
-}  // namespace pellicle
+}  // namespace pellicle::meshing

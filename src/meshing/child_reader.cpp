@@ -22,8 +22,7 @@
 #include "base/memory.h"
 #include "meshing/format_readers.h"
 
-namespace pellicle {
-inline namespace meshing {
+namespace pellicle::meshing {
 
 namespace {
 
@@ -219,5 +218,4 @@ SurfaceMesh read_in_child(const std::string& path, const std::function<SurfaceMe
   return unpacked(content);
 }
 
-}  // namespace meshing
-}  // namespace pellicle
+}  // namespace pellicle::meshing

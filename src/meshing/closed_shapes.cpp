@@ -12,8 +12,7 @@
 #include "geometry/solid_distance.h"
 #include "meshing/implicit_surface.h"
 
-namespace pellicle {
-inline namespace meshing {
+namespace pellicle::meshing {
 
 namespace {
 
@@ -166,5 +165,4 @@ SurfaceMesh tube_mesh(double length, double radius, int vertices) {
   return mesh;
 }
 
-}  // namespace meshing
-}  // namespace pellicle
+}  // namespace pellicle::meshing

@@ -4,8 +4,7 @@
 
 #include "meshing/surface_mesh.h"
 
-namespace pellicle {
-inline namespace meshing {
+namespace pellicle::meshing {
 
 // Closed meshes round the origin with normals outward, of triangles unless they say quads. Texture coordinates u go
 // round the z axis from 0 on the negative x axis to 1, with a seam there, and v from 0 below to 1 above; they belong to
@@ -27,5 +26,4 @@ SurfaceMesh quad_ellipsoid_mesh(int level, const Eigen::Vector3d& semi_axes);
 /// @throws Error unless the sizes are above 0 and the vertices are enough.
 SurfaceMesh tube_mesh(double length, double radius, int vertices);
 
-}  // namespace meshing
-}  // namespace pellicle
+}  // namespace pellicle::meshing

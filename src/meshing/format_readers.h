@@ -7,8 +7,7 @@
 
 #include "meshing/surface_mesh.h"
 
-namespace pellicle {
-inline namespace meshing {
+namespace pellicle::meshing {
 
 // One reader for each format, called by read_mesh, which has the checks common to all formats.
 SurfaceMesh read_obj(const std::string& path);
@@ -45,5 +44,4 @@ struct LeftOut {
   void say(SurfaceMesh& mesh) const;
 };
 
-}  // namespace meshing
-}  // namespace pellicle
+}  // namespace pellicle::meshing

@@ -7,8 +7,7 @@
 #include "base/error.h"
 #include "geometry/pi.h"
 
-namespace pellicle {
-inline namespace meshing {
+namespace pellicle::meshing {
 
 namespace {
 
@@ -200,5 +199,4 @@ SurfaceMesh square_mesh(std::array<int, 2> cells, std::array<double, 2> size) {
   return with_sides(std::move(mesh), uv);
 }
 
-}  // namespace meshing
-}  // namespace pellicle
+}  // namespace pellicle::meshing

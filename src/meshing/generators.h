@@ -4,8 +4,7 @@
 
 #include "meshing/surface_mesh.h"
 
-namespace pellicle {
-inline namespace meshing {
+namespace pellicle::meshing {
 
 // Open meshes and a torus, with texture coordinates; of quads unless they say triangles. All lie round the origin;
 // points and faces are numbered row by row, the first direction fastest; faces are oriented alike. Not collective.
@@ -57,5 +56,4 @@ SurfaceMesh square_mesh(std::array<int, 2> cells, std::array<double, 2> size);
 /// @throws Error unless there are at least 8 cells each way and sizes are above 0.
 SurfaceMesh shirt_mesh(std::array<int, 2> cells, std::array<double, 2> size);
 
-}  // namespace meshing
-}  // namespace pellicle
+}  // namespace pellicle::meshing

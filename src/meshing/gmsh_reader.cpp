@@ -7,8 +7,7 @@
 #include "meshing/format_readers.h"
 #include "meshing/text_file.h"
 
-namespace pellicle {
-inline namespace meshing {
+namespace pellicle::meshing {
 
 namespace {
 
@@ -258,5 +257,4 @@ class GmshReader {
 // that have the same number, takes parts of the model for groups (version 2.2), and puts triangles before quads.
 SurfaceMesh read_gmsh(const std::string& path) { return GmshReader(path).read(); }
 
-}  // namespace meshing
-}  // namespace pellicle
+}  // namespace pellicle::meshing

@@ -17,8 +17,7 @@
 #include "geometry/pressure_load.h"
 #include "meshing/isotropic_remesher.h"
 
-namespace pellicle {
-inline namespace meshing {
+namespace pellicle::meshing {
 
 namespace {
 
@@ -143,5 +142,4 @@ SurfaceMesh implicit_surface_mesh(const ImplicitSurface& surface, int vertices, 
   return remesher.mesh();
 }
 
-}  // namespace meshing
-}  // namespace pellicle
+}  // namespace pellicle::meshing

@@ -7,8 +7,7 @@
 
 #include "meshing/surface_mesh.h"
 
-namespace pellicle {
-inline namespace meshing {
+namespace pellicle::meshing {
 
 /// A closed surface as the set where a smooth function of the point is 0; below 0 is inside.
 struct ImplicitSurface {
@@ -27,5 +26,4 @@ struct ImplicitSurface {
 /// @throws Error in one line if there is no surface in the bounds or the vertices are too few to follow it.
 SurfaceMesh implicit_surface_mesh(const ImplicitSurface& surface, int vertices, const std::string& key);
 
-}  // namespace meshing
-}  // namespace pellicle
+}  // namespace pellicle::meshing

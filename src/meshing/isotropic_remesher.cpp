@@ -8,8 +8,7 @@
 
 #include "base/error.h"
 
-namespace pellicle {
-inline namespace meshing {
+namespace pellicle::meshing {
 
 namespace {
 
@@ -378,5 +377,4 @@ SurfaceMesh IsotropicRemesher::mesh() const {
   return mesh;
 }
 
-}  // namespace meshing
-}  // namespace pellicle
+}  // namespace pellicle::meshing

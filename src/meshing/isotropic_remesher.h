@@ -8,8 +8,7 @@
 #include "meshing/implicit_surface.h"
 #include "meshing/surface_mesh.h"
 
-namespace pellicle {
-inline namespace meshing {
+namespace pellicle::meshing {
 
 /// Turns closed triangle meshes on an implicit surface into ones of nearly equilateral triangles: long edges are split,
 /// short ones collapsed, edges flipped towards six at each point, points moved along the surface to the middle of their
@@ -79,5 +78,4 @@ class IsotropicRemesher {
   int active_points_ = 0;
 };
 
-}  // namespace meshing
-}  // namespace pellicle
+}  // namespace pellicle::meshing

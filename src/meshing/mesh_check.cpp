@@ -16,8 +16,7 @@
 #include "geometry/pi.h"
 #include "meshing/triangulation.h"
 
-namespace pellicle {
-inline namespace meshing {
+namespace pellicle::meshing {
 
 namespace {
 
@@ -628,5 +627,4 @@ std::string fault_of_quads(const SurfaceMesh& mesh) {
       others, mesh.faces.size(), mesh.id_of_face(static_cast<int>(first - mesh.faces.begin())), first->size());
 }
 
-}  // namespace meshing
-}  // namespace pellicle
+}  // namespace pellicle::meshing

@@ -8,8 +8,7 @@
 #include "meshing/overlaps.h"
 #include "meshing/surface_mesh.h"
 
-namespace pellicle {
-inline namespace meshing {
+namespace pellicle::meshing {
 
 /// Properties of a mesh, and repairs.
 struct MeshReport {
@@ -84,5 +83,4 @@ MeshReport check_and_repair(SurfaceMesh& mesh, const std::string& name, std::opt
 /// Message that a burning sheet cannot be built on a mesh because faces are no quads; empty if all are.
 std::string fault_of_quads(const SurfaceMesh& mesh);
 
-}  // namespace meshing
-}  // namespace pellicle
+}  // namespace pellicle::meshing

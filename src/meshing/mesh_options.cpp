@@ -10,8 +10,7 @@
 #include "meshing/readers.h"
 #include "options/options.h"
 
-namespace pellicle {
-inline namespace meshing {
+namespace pellicle::meshing {
 
 void describe(OptionTable& table, MeshOptions& options) {
   // A file takes the place of a generated mesh.
@@ -160,5 +159,4 @@ CheckedMesh make_checked_mesh(const MeshOptions& options) {
   return checked;
 }
 
-}  // namespace meshing
-}  // namespace pellicle
+}  // namespace pellicle::meshing

@@ -11,8 +11,7 @@
 #include "meshing/surface_mesh.h"
 #include "options/choice.h"
 
-namespace pellicle {
-inline namespace meshing {
+namespace pellicle::meshing {
 
 /// Shapes of generated meshes, as in `describe`; file needs `MeshOptions::file`.
 enum class MeshShape {
@@ -81,5 +80,4 @@ struct CheckedMesh {
 /// @throws Error as make_mesh and check_and_repair do, and if a volume is given for an open mesh
 CheckedMesh make_checked_mesh(const MeshOptions& options);
 
-}  // namespace meshing
-}  // namespace pellicle
+}  // namespace pellicle::meshing

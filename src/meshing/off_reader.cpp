@@ -6,8 +6,7 @@
 #include "meshing/format_readers.h"
 #include "meshing/text_file.h"
 
-namespace pellicle {
-inline namespace meshing {
+namespace pellicle::meshing {
 
 namespace {
 
@@ -130,5 +129,4 @@ SurfaceMesh read_off(const std::string& path) {
   return mesh;
 }
 
-}  // namespace meshing
-}  // namespace pellicle
+}  // namespace pellicle::meshing

@@ -10,8 +10,7 @@
 #include "geometry/triangle_intersection.h"
 #include "meshing/box_pairs.h"
 
-namespace pellicle {
-inline namespace meshing {
+namespace pellicle::meshing {
 
 SelfIntersections count_self_intersections(const std::vector<Eigen::Vector3d>& points,
                                            const std::vector<std::array<int, 3>>& triangles) {
@@ -172,5 +171,4 @@ NestedPieces find_nested_pieces(const SurfaceMesh& mesh, const std::vector<std::
   return nested;
 }
 
-}  // namespace meshing
-}  // namespace pellicle
+}  // namespace pellicle::meshing

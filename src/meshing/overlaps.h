@@ -5,8 +5,7 @@
 
 #include "meshing/surface_mesh.h"
 
-namespace pellicle {
-inline namespace meshing {
+namespace pellicle::meshing {
 
 // Parts of a mesh that cut each other, touch and are not joined, or lie inside each other.
 
@@ -47,5 +46,4 @@ struct NestedPieces {
 NestedPieces find_nested_pieces(const SurfaceMesh& mesh, const std::vector<std::array<int, 3>>& triangles,
                                 const std::vector<std::array<int, 2>>& boundary);
 
-}  // namespace meshing
-}  // namespace pellicle
+}  // namespace pellicle::meshing

@@ -15,8 +15,7 @@
 #include "meshing/format_readers.h"
 #include "meshing/text_file.h"
 
-namespace pellicle {
-inline namespace meshing {
+namespace pellicle::meshing {
 
 namespace {
 
@@ -300,5 +299,4 @@ class PlyReader {
 // VTK's reader keeps single precision, takes words for zeros and crashes on a file that ends too early.
 SurfaceMesh read_ply(const std::string& path) { return PlyReader(path).read(); }
 
-}  // namespace meshing
-}  // namespace pellicle
+}  // namespace pellicle::meshing

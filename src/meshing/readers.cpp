@@ -12,8 +12,7 @@
 #include "meshing/mesh_check.h"
 #include "options/spelling.h"
 
-namespace pellicle {
-inline namespace meshing {
+namespace pellicle::meshing {
 
 namespace {
 
@@ -119,5 +118,4 @@ SurfaceMesh read_mesh(const std::string& path) {
   return mesh;
 }
 
-}  // namespace meshing
-}  // namespace pellicle
+}  // namespace pellicle::meshing

@@ -4,8 +4,7 @@
 
 #include "meshing/surface_mesh.h"
 
-namespace pellicle {
-inline namespace meshing {
+namespace pellicle::meshing {
 
 /// Reads a polygon mesh, in the unit of the file; the ending of the name gives the format. Points and faces keep the
 /// order of the file, polygons stay polygons.
@@ -26,5 +25,4 @@ inline namespace meshing {
 /// @throws Error on a missing or broken file, or one too large for the memory: one line that names file and fault.
 SurfaceMesh read_mesh(const std::string& path);
 
-}  // namespace meshing
-}  // namespace pellicle
+}  // namespace pellicle::meshing

@@ -10,8 +10,7 @@
 #include "geometry/pi.h"
 #include "meshing/generators.h"
 
-namespace pellicle {
-inline namespace meshing {
+namespace pellicle::meshing {
 
 namespace {
 
@@ -266,5 +265,4 @@ SurfaceMesh shirt_mesh(std::array<int, 2> cells, std::array<double, 2> size) {
   return mesh;
 }
 
-}  // namespace meshing
-}  // namespace pellicle
+}  // namespace pellicle::meshing

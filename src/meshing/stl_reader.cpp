@@ -9,8 +9,7 @@
 #include "meshing/text_file.h"
 #include "options/spelling.h"
 
-namespace pellicle {
-inline namespace meshing {
+namespace pellicle::meshing {
 
 namespace {
 
@@ -92,5 +91,4 @@ SurfaceMesh read_stl(const std::string& path) {
   return mesh;
 }
 
-}  // namespace meshing
-}  // namespace pellicle
+}  // namespace pellicle::meshing

@@ -14,8 +14,7 @@
 #include "base/units.h"
 #include "meshing/box_pairs.h"
 
-namespace pellicle {
-inline namespace meshing {
+namespace pellicle::meshing {
 
 void require_mesh_size(const std::string& what, double faces) {
   // A quad brings a vertex, ten springs and four triangles, which are numbered over all ranks.
@@ -174,5 +173,4 @@ int weld(SurfaceMesh& mesh, double distance) {
   return keep_points(mesh, stands);
 }
 
-}  // namespace meshing
-}  // namespace pellicle
+}  // namespace pellicle::meshing

@@ -6,8 +6,9 @@
 #include <string>
 #include <vector>
 
-namespace pellicle {
-inline namespace meshing {
+#include "base/namespaces.h"
+
+namespace pellicle::meshing {
 
 /// A whole polygon mesh in the memory of one rank, as read or generated, before checks and distribution. Point and face
 /// numbers are those of the file; they stay the persistent ids of the run.
@@ -59,5 +60,4 @@ int keep_faces(SurfaceMesh& mesh, const std::vector<int>& stands);
 /// @throws Error if so many points are so near that not all pairs can be compared
 int weld(SurfaceMesh& mesh, double distance = 0);
 
-}  // namespace meshing
-}  // namespace pellicle
+}  // namespace pellicle::meshing

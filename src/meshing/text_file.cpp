@@ -12,8 +12,7 @@
 
 #include "base/error.h"
 
-namespace pellicle {
-inline namespace meshing {
+namespace pellicle::meshing {
 
 namespace {
 
@@ -147,5 +146,4 @@ void TextFile::fail(const std::string& message) const {
   throw Error(fmt::format("{}:{}: {}", path_, line_number_, message));
 }
 
-}  // namespace meshing
-}  // namespace pellicle
+}  // namespace pellicle::meshing

@@ -7,8 +7,9 @@
 #include <string_view>
 #include <vector>
 
-namespace pellicle {
-inline namespace meshing {
+#include "base/namespaces.h"
+
+namespace pellicle::meshing {
 
 /// A text file read word by word, for formats that no library reads without loss; errors name the line of a word. Words
 /// are separated by blanks, lines by a line feed, a carriage return, or both.
@@ -66,5 +67,4 @@ class TextFile {
   int line_number_ = 0;
 };
 
-}  // namespace meshing
-}  // namespace pellicle
+}  // namespace pellicle::meshing

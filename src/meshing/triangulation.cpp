@@ -8,8 +8,7 @@
 #include "geometry/ear_clipping.h"
 #include "geometry/pressure_load.h"
 
-namespace pellicle {
-inline namespace meshing {
+namespace pellicle::meshing {
 
 using Corners = std::array<std::size_t, 3>;
 
@@ -85,5 +84,4 @@ double enclosed_volume(const SurfaceMesh& mesh) {
   return volume;
 }
 
-}  // namespace meshing
-}  // namespace pellicle
+}  // namespace pellicle::meshing

@@ -6,8 +6,7 @@
 
 #include "meshing/surface_mesh.h"
 
-namespace pellicle {
-inline namespace meshing {
+namespace pellicle::meshing {
 
 /// Triangles of a face, as numbers of its corners: a quad is split along its shorter diagonal, a larger polygon by
 /// cut_ears. None if a polygon cannot be split.
@@ -23,5 +22,4 @@ SurfaceMesh triangulated(const SurfaceMesh& mesh);
 /// `triangulated`. Not collective.
 double enclosed_volume(const SurfaceMesh& mesh);
 
-}  // namespace meshing
-}  // namespace pellicle
+}  // namespace pellicle::meshing

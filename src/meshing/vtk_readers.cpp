@@ -31,8 +31,7 @@
 #include "meshing/format_readers.h"
 #include "options/spelling.h"
 
-namespace pellicle {
-inline namespace meshing {
+namespace pellicle::meshing {
 
 namespace {
 
@@ -260,5 +259,4 @@ SurfaceMesh read_vtp(const std::string& path) { return read_with<vtkXMLPolyDataR
 SurfaceMesh read_vtu(const std::string& path) { return read_with<vtkXMLUnstructuredGridReader>(path); }
 SurfaceMesh read_vtk(const std::string& path) { return read_with<vtkDataSetReader>(path); }
 
-}  // namespace meshing
-}  // namespace pellicle
+}  // namespace pellicle::meshing

@@ -17,8 +17,7 @@
 #include "options/idle_options.h"
 #include "options/spelling.h"
 
-namespace pellicle {
-inline namespace options {
+namespace pellicle::options {
 
 bool is_deck(const std::string& argument) {
   const std::string extension = std::filesystem::path(argument).extension().string();
@@ -383,5 +382,4 @@ void initialize_petsc(const std::string& program, const std::vector<PetscOption>
   keep_petsc_messages();
 }
 
-}  // namespace options
-}  // namespace pellicle
+}  // namespace pellicle::options

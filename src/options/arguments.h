@@ -10,8 +10,7 @@
 #include "options/object_tables.h"
 #include "options/petsc_options.h"
 
-namespace pellicle {
-inline namespace options {
+namespace pellicle::options {
 
 /// Content of the command line, after the options have been set.
 struct ProgramArguments {
@@ -51,5 +50,4 @@ ProgramArguments read_arguments(MPI_Comm comm, const std::vector<std::string>& w
 /// unless the environment sets the number. Collective on MPI_COMM_WORLD; MPI may be initialised already.
 void initialize_petsc(const std::string& program, const std::vector<PetscOption>& options, const ObjectTables& tables);
 
-}  // namespace options
-}  // namespace pellicle
+}  // namespace pellicle::options

@@ -3,8 +3,9 @@
 #include <string>
 #include <vector>
 
-namespace pellicle {
-inline namespace options {
+#include "base/namespaces.h"
+
+namespace pellicle::options {
 
 class OptionTable;  // to which headers of options declare how they are added
 
@@ -59,5 +60,4 @@ class Choice : public AnyChoice {
   }
 };
 
-}  // namespace options
-}  // namespace pellicle
+}  // namespace pellicle::options

@@ -13,8 +13,7 @@
 #include "base/error.h"
 #include "options/spelling.h"
 
-namespace pellicle {
-inline namespace options {
+namespace pellicle::options {
 
 namespace {
 
@@ -609,5 +608,4 @@ std::string written_deck(const ObjectTables& tables, const std::vector<PetscOpti
   return std::string(out.c_str()) + "\n";
 }
 
-}  // namespace options
-}  // namespace pellicle
+}  // namespace pellicle::options

@@ -7,8 +7,7 @@
 #include "options/object_tables.h"
 #include "options/petsc_options.h"
 
-namespace pellicle {
-inline namespace options {
+namespace pellicle::options {
 
 /// A YAML file of options.
 struct Deck {
@@ -54,5 +53,4 @@ struct ChangedOption {
 /// The differences between two written decks, in the order of the keys. @throws Error on a text that is no deck
 std::vector<ChangedOption> changed_options(const std::string& before, const std::string& now);
 
-}  // namespace options
-}  // namespace pellicle
+}  // namespace pellicle::options

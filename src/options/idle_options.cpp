@@ -7,8 +7,7 @@
 
 #include "base/error.h"
 
-namespace pellicle {
-inline namespace options {
+namespace pellicle::options {
 
 namespace {
 
@@ -144,5 +143,4 @@ std::string settle_idle_options(const ObjectTables& tables, std::vector<PetscOpt
   return names.empty() ? "" : "not used in this run: " + names;
 }
 
-}  // namespace options
-}  // namespace pellicle
+}  // namespace pellicle::options

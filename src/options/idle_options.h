@@ -6,8 +6,7 @@
 #include "options/object_tables.h"
 #include "options/petsc_options.h"
 
-namespace pellicle {
-inline namespace options {
+namespace pellicle::options {
 
 /// Notes which of the options given so far have an effect (OptionTable::note_acting).
 void note_acting(const ObjectTables& tables, std::vector<PetscOption>& petsc);
@@ -19,5 +18,4 @@ void note_acting(const ObjectTables& tables, std::vector<PetscOption>& petsc);
 /// @throws Error that names the first illegal one, and what it needs
 std::string settle_idle_options(const ObjectTables& tables, std::vector<PetscOption>& petsc);
 
-}  // namespace options
-}  // namespace pellicle
+}  // namespace pellicle::options

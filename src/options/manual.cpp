@@ -3,8 +3,7 @@
 #include <sstream>
 #include <vector>
 
-namespace pellicle {
-inline namespace options {
+namespace pellicle::options {
 
 namespace {
 
@@ -198,5 +197,4 @@ std::string options_markdown(const OptionTable& table) {
   return text;
 }
 
-}  // namespace options
-}  // namespace pellicle
+}  // namespace pellicle::options

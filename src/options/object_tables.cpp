@@ -2,8 +2,7 @@
 
 #include <algorithm>
 
-namespace pellicle {
-inline namespace options {
+namespace pellicle::options {
 
 std::vector<ObjectTable> ObjectTables::of(const std::string& object) const {
   std::vector<ObjectTable> result;
@@ -25,5 +24,4 @@ std::pair<std::string, std::string> ObjectTables::split_name(const std::string& 
 
 std::string object_prefix(const std::string& object) { return object.empty() ? "" : "objects_" + object + "_"; }
 
-}  // namespace options
-}  // namespace pellicle
+}  // namespace pellicle::options

@@ -6,8 +6,7 @@
 
 #include "options/options.h"
 
-namespace pellicle {
-inline namespace options {
+namespace pellicle::options {
 
 /// An object of a run with the table of its options.
 struct ObjectTable {
@@ -44,5 +43,4 @@ class ObjectTables {
 /// PETSc: "objects_cloth_"; "" for an object without a name.
 std::string object_prefix(const std::string& object);
 
-}  // namespace options
-}  // namespace pellicle
+}  // namespace pellicle::options

@@ -15,8 +15,7 @@
 #include "base/units.h"
 #include "options/spelling.h"
 
-namespace pellicle {
-inline namespace options {
+namespace pellicle::options {
 
 namespace {
 
@@ -681,5 +680,4 @@ std::string command_line_name(const std::string& key) {
   return name;
 }
 
-}  // namespace options
-}  // namespace pellicle
+}  // namespace pellicle::options

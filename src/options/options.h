@@ -13,8 +13,7 @@
 
 #include "options/choice.h"
 
-namespace pellicle {
-inline namespace options {
+namespace pellicle::options {
 
 /// Key points: rows of equal length. YAML `[[0 s, 0, 0, 0], [1 s, 1, 0, 0]]`; on the command line `0,0,0,0;1,1,0,0`.
 using Rows = std::vector<std::vector<double>>;
@@ -386,5 +385,4 @@ bool is_word(const std::string& text);
 /// The name on the command line, without the dash, of a key: dots become underscores.
 std::string command_line_name(const std::string& key);
 
-}  // namespace options
-}  // namespace pellicle
+}  // namespace pellicle::options

@@ -11,8 +11,7 @@
 
 #include "base/error.h"
 
-namespace pellicle {
-inline namespace options {
+namespace pellicle::options {
 
 namespace {
 
@@ -130,5 +129,4 @@ void warn_unused(MPI_Comm comm, const std::vector<PetscOption>& options, const O
   }
 }
 
-}  // namespace options
-}  // namespace pellicle
+}  // namespace pellicle::options

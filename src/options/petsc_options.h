@@ -8,8 +8,7 @@
 
 #include "options/object_tables.h"
 
-namespace pellicle {
-inline namespace options {
+namespace pellicle::options {
 
 /// A PETSc option from a deck or the command line.
 struct PetscOption {
@@ -37,5 +36,4 @@ std::vector<std::string> unused_petsc_options(const std::vector<PetscOption>& op
 /// Prints `unused_petsc_options` on rank 0's standard error. To be called after all solvers have been set up.
 void warn_unused(MPI_Comm comm, const std::vector<PetscOption>& options, const ObjectTables& tables);
 
-}  // namespace options
-}  // namespace pellicle
+}  // namespace pellicle::options

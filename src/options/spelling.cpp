@@ -4,8 +4,7 @@
 #include <cctype>
 #include <limits>
 
-namespace pellicle {
-inline namespace options {
+namespace pellicle::options {
 
 std::string in_lower_case(std::string_view word) {
   std::string lower(word);
@@ -57,5 +56,4 @@ std::string nearest(const std::string& word, const std::vector<std::string>& can
   return best;
 }
 
-}  // namespace options
-}  // namespace pellicle
+}  // namespace pellicle::options

@@ -4,8 +4,9 @@
 #include <string_view>
 #include <vector>
 
-namespace pellicle {
-inline namespace options {
+#include "base/namespaces.h"
+
+namespace pellicle::options {
 
 /// A word with its capital letters of ASCII made small.
 std::string in_lower_case(std::string_view word);
@@ -19,5 +20,4 @@ int edit_distance(const std::string& a, const std::string& b);
 /// The candidate with the smallest edit distance to `word`, the first of several; "" without candidates.
 std::string nearest(const std::string& word, const std::vector<std::string>& candidates);
 
-}  // namespace options
-}  // namespace pellicle
+}  // namespace pellicle::options

@@ -9,8 +9,7 @@
 
 #include "base/error.h"
 
-namespace pellicle {
-inline namespace parallel {
+namespace pellicle::parallel {
 
 /// MPI's type of a C++ type of numbers. PetscInt is one of the integers, depending on PETSc's configuration.
 template <class Number>
@@ -148,5 +147,4 @@ class Gatherer {
   std::vector<int> starts_ = {0};
 };
 
-}  // namespace parallel
-}  // namespace pellicle
+}  // namespace pellicle::parallel

@@ -3,8 +3,7 @@
 #include "base/error.h"
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace parallel {
+namespace pellicle::parallel {
 
 namespace {
 
@@ -42,5 +41,4 @@ void GhostExchange::combine(MPI_Datatype type, std::size_t bytes, MPI_Op operati
   }
 }
 
-}  // namespace parallel
-}  // namespace pellicle
+}  // namespace pellicle::parallel

@@ -10,8 +10,7 @@
 #include "base/handle.h"
 #include "parallel/layout.h"
 
-namespace pellicle {
-inline namespace parallel {
+namespace pellicle::parallel {
 
 /// An MPI type of `count` consecutive values of another. Move-only.
 class RowType {
@@ -86,5 +85,4 @@ void gather_flags(const Layout& layout, std::vector<Flags>& flags) {
   layout.exchange()->combine(RowType(MPI_SIGNED_CHAR, sizeof(Flags)), sizeof(Flags), MPI_LOR, flags.data());
 }
 
-}  // namespace parallel
-}  // namespace pellicle
+}  // namespace pellicle::parallel

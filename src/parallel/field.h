@@ -7,8 +7,7 @@
 #include "parallel/exchange.h"
 #include "parallel/layout.h"
 
-namespace pellicle {
-inline namespace parallel {
+namespace pellicle::parallel {
 
 /// A distributed field: `components` doubles on every item of a layout, owned items before ghosts. Move-only, except
 /// that values can be assigned to a field of the same layout and components.
@@ -64,5 +63,4 @@ class Field {
   std::shared_ptr<const GhostExchange> exchange_;
 };
 
-}  // namespace parallel
-}  // namespace pellicle
+}  // namespace pellicle::parallel

@@ -7,8 +7,7 @@
 #include "parallel/field.h"
 #include "parallel/layout.h"
 
-namespace pellicle {
-inline namespace parallel {
+namespace pellicle::parallel {
 
 /// The owned values of a field as a PETSc vector, (components x items) item after item, without a copy: writing to one
 /// changes the other. The field must outlive the vector, and its ghosts must be updated after the vector was written
@@ -20,5 +19,4 @@ inline VecHandle vec_of(const Layout& layout, Field& field) {
   return vec;
 }
 
-}  // namespace parallel
-}  // namespace pellicle
+}  // namespace pellicle::parallel

@@ -6,8 +6,7 @@
 
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace parallel {
+namespace pellicle::parallel {
 
 JoinedLayout::JoinedLayout(const std::vector<Layout>& parts) {
   const MPI_Comm comm = parts.front().comm;
@@ -49,5 +48,4 @@ void JoinedLayout::take(std::size_t part, const Field& whole, Field& of_part) co
   of_part.values().middleCols(owned.count, ghosts.count) = whole.values().middleCols(ghosts.first, ghosts.count);
 }
 
-}  // namespace parallel
-}  // namespace pellicle
+}  // namespace pellicle::parallel

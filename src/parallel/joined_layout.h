@@ -5,8 +5,7 @@
 #include "parallel/field.h"
 #include "parallel/layout.h"
 
-namespace pellicle {
-inline namespace parallel {
+namespace pellicle::parallel {
 
 /// Several layouts, the parts, joined to one, the whole. A rank has the owned items of all parts, part after part, and
 /// then their ghosts in the same order: ghosts that are up to date in the parts are so in the whole.
@@ -50,5 +49,4 @@ class JoinedLayout {
   std::vector<std::vector<Begin>> begins_;  ///< of each part and rank
 };
 
-}  // namespace parallel
-}  // namespace pellicle
+}  // namespace pellicle::parallel

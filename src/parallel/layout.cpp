@@ -5,8 +5,7 @@
 #include "parallel/collective.h"
 #include "parallel/exchange.h"
 
-namespace pellicle {
-inline namespace parallel {
+namespace pellicle::parallel {
 
 const std::shared_ptr<const GhostExchange>& Layout::exchange() const {
   if (made_exchange == nullptr) {
@@ -47,5 +46,4 @@ Layout number_owned(MPI_Comm comm, PetscInt owned) {
   return layout;
 }
 
-}  // namespace parallel
-}  // namespace pellicle
+}  // namespace pellicle::parallel

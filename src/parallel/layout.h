@@ -6,8 +6,9 @@
 #include <utility>
 #include <vector>
 
-namespace pellicle {
-inline namespace parallel {
+#include "base/namespaces.h"
+
+namespace pellicle::parallel {
 
 class GhostExchange;
 
@@ -54,5 +55,4 @@ Layout with_ghosts(const Layout& layout, const std::vector<PetscInt>& global_num
 /// A layout without ghosts of which this rank owns `owned` items. Collective.
 Layout number_owned(MPI_Comm comm, PetscInt owned);
 
-}  // namespace parallel
-}  // namespace pellicle
+}  // namespace pellicle::parallel

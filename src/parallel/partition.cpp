@@ -9,8 +9,7 @@
 #include "base/error.h"
 #include "base/sorting.h"
 
-namespace pellicle {
-inline namespace parallel {
+namespace pellicle::parallel {
 
 namespace {
 
@@ -224,5 +223,4 @@ std::vector<int> nested_dissection(CellGraph graph) {
   return place;
 }
 
-}  // namespace parallel
-}  // namespace pellicle
+}  // namespace pellicle::parallel

@@ -2,8 +2,9 @@
 
 #include <vector>
 
-namespace pellicle {
-inline namespace parallel {
+#include "base/namespaces.h"
+
+namespace pellicle::parallel {
 
 /// Graph of cells joined by their common edges, in compressed rows.
 struct CellGraph {
@@ -28,5 +29,4 @@ std::vector<int> split_in_patches(CellGraph graph, int patches);
 /// Order of elimination with little fill: METIS' nested dissection. @returns the position of each cell in the order
 std::vector<int> nested_dissection(CellGraph graph);
 
-}  // namespace parallel
-}  // namespace pellicle
+}  // namespace pellicle::parallel

@@ -7,8 +7,9 @@
 #include <type_traits>
 #include <vector>
 
-namespace pellicle {
-inline namespace parallel {
+#include "base/namespaces.h"
+
+namespace pellicle::parallel {
 
 /// Records of equal numbers of bytes, one for each item: uninterpreted data that move with particles and cells.
 class Records {
@@ -69,5 +70,4 @@ class Records {
   std::vector<std::byte> data_;  ///< record after record
 };
 
-}  // namespace parallel
-}  // namespace pellicle
+}  // namespace pellicle::parallel

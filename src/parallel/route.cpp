@@ -8,8 +8,7 @@
 #include "base/sorting.h"
 #include "parallel/exchange.h"
 
-namespace pellicle {
-inline namespace parallel {
+namespace pellicle::parallel {
 
 Route::Counts::Counts(std::vector<int> of_ranks) : count(std::move(of_ranks)), begin(count.size() + 1, 0) {
   std::partial_sum(count.begin(), count.end(), begin.begin() + 1);
@@ -54,5 +53,4 @@ Records Route::send_back(const Records& records) const {
   return sorted.of_items(place);
 }
 
-}  // namespace parallel
-}  // namespace pellicle
+}  // namespace pellicle::parallel

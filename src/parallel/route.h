@@ -6,8 +6,7 @@
 
 #include "parallel/records.h"
 
-namespace pellicle {
-inline namespace parallel {
+namespace pellicle::parallel {
 
 /// Sends items to chosen ranks, and answers back. Arriving items are in the order of the sending ranks, and within a
 /// rank in that rank's order.
@@ -54,5 +53,4 @@ class Route {
   std::vector<int> sources_;
 };
 
-}  // namespace parallel
-}  // namespace pellicle
+}  // namespace pellicle::parallel

@@ -2,8 +2,7 @@
 
 #include "prism/wall_potential.h"
 
-namespace pellicle {
-inline namespace prism {
+namespace pellicle::prism {
 
 DampingPotential::DampingPotential(const PrismElements& elements, const std::vector<double>& mass,
                                    const PrismOptions& options)
@@ -67,5 +66,4 @@ void DampingPotential::add_product(const double* w, double* result) const {
   }
 }
 
-}  // namespace prism
-}  // namespace pellicle
+}  // namespace pellicle::prism

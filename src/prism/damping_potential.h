@@ -6,8 +6,7 @@
 #include "prism/metric_stiffness.h"
 #include "prism/prism_options.h"
 
-namespace pellicle {
-inline namespace prism {
+namespace pellicle::prism {
 
 /// Damping in a step as a potential, c (x - x_v).C (x - x_v) / 2, where c (x - x_v) is the velocity and C =
 /// mass_damping M + stiffness_damping K (balloon paper, eq. 18). K is the elements' stiffness at positions fixed in the
@@ -43,5 +42,4 @@ class DampingPotential : public Potential {
   MetricStiffness stiffness_;  ///< K, if stiffness_damping is not 0
 };
 
-}  // namespace prism
-}  // namespace pellicle
+}  // namespace pellicle::prism

@@ -10,8 +10,7 @@
 #include "geometry/pressure_load.h"
 #include "surface/membrane.h"
 
-namespace pellicle {
-inline namespace prism {
+namespace pellicle::prism {
 
 namespace {
 
@@ -191,5 +190,4 @@ void GradientStiffness::add_blocks(double factor, const HessianBlocks& blocks) c
   }
 }
 
-}  // namespace prism
-}  // namespace pellicle
+}  // namespace pellicle::prism

@@ -5,8 +5,7 @@
 
 #include "prism/prism_elements.h"
 
-namespace pellicle {
-inline namespace prism {
+namespace pellicle::prism {
 
 // The prism element as in the balloon paper (eq. 2 to 11): stress and the action of the tangent follow from the stored
 // deformation gradient. With Director::varied it equals `metric_energy`, which needs fewer operations, in exact
@@ -59,5 +58,4 @@ class GradientStiffness : public ElementStiffness {
   std::vector<double> pressure_;             ///< of the local elements [Pa], or empty
 };
 
-}  // namespace prism
-}  // namespace pellicle
+}  // namespace pellicle::prism

@@ -5,8 +5,7 @@
 
 #include "options/choice.h"
 
-namespace pellicle {
-inline namespace prism {
+namespace pellicle::prism {
 
 namespace {
 
@@ -198,5 +197,4 @@ EnergyDensity energy_density(const Material& material, double t, double d, doubl
 
 int energy_density_flops(const Material& material) { return law_of(material).flops(material); }
 
-}  // namespace prism
-}  // namespace pellicle
+}  // namespace pellicle::prism

@@ -4,8 +4,9 @@
 #include <string>
 #include <vector>
 
-namespace pellicle {
-inline namespace prism {
+#include "base/namespaces.h"
+
+namespace pellicle::prism {
 
 /// A hyperelastic, isotropic material of the wall.
 ///
@@ -79,5 +80,4 @@ EnergyDensity energy_density(const Material& material, double t, double d, doubl
 /// Operations of energy_density, as PETSc counts: sums, products, quotients, roots, logarithms and powers, one each.
 int energy_density_flops(const Material& material);
 
-}  // namespace prism
-}  // namespace pellicle
+}  // namespace pellicle::prism

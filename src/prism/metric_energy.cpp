@@ -9,8 +9,7 @@
 #include <optional>
 #include <utility>
 
-namespace pellicle {
-inline namespace prism {
+namespace pellicle::prism {
 
 namespace {
 
@@ -302,5 +301,4 @@ Eigen::Matrix3d tension(const Eigen::Vector3d& gradient, const Eigen::Vector3d& 
          area;
 }
 
-}  // namespace prism
-}  // namespace pellicle
+}  // namespace pellicle::prism

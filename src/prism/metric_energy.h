@@ -4,8 +4,7 @@
 
 #include "prism/material.h"
 
-namespace pellicle {
-inline namespace prism {
+namespace pellicle::prism {
 
 // The prism element (balloon paper, section 4) through its metric. The director is the unit normal of the triangle, so
 // that F^T F has the in-plane block given by the edges and the entry c = (h/h0)^2 across the wall, and no others;
@@ -92,5 +91,4 @@ PrincipalState principal_state(const Material& material, ThicknessRule rule, con
 /// @param gradient of the elastic energy by the metric (MetricEnergy) [N]
 Eigen::Matrix3d tension(const Eigen::Vector3d& gradient, const Eigen::Vector3d& e12, const Eigen::Vector3d& e13);
 
-}  // namespace prism
-}  // namespace pellicle
+}  // namespace pellicle::prism

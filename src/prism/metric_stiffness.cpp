@@ -4,8 +4,7 @@
 #include "geometry/cross_matrix.h"
 #include "surface/membrane.h"
 
-namespace pellicle {
-inline namespace prism {
+namespace pellicle::prism {
 
 namespace {
 
@@ -211,5 +210,4 @@ void MetricStiffness::add_blocks(double factor, const HessianBlocks& blocks) con
   }
 }
 
-}  // namespace prism
-}  // namespace pellicle
+}  // namespace pellicle::prism

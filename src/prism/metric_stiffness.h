@@ -5,8 +5,7 @@
 
 #include "prism/prism_elements.h"
 
-namespace pellicle {
-inline namespace prism {
+namespace pellicle::prism {
 
 /// Data for the stiffness of eight elements, side by side for vector instructions.
 struct alignas(64) StiffnessBatch {
@@ -47,5 +46,4 @@ class MetricStiffness : public ElementStiffness {
   std::vector<StiffnessBatch> batches_;
 };
 
-}  // namespace prism
-}  // namespace pellicle
+}  // namespace pellicle::prism

@@ -16,8 +16,7 @@
 #include "parallel/field.h"
 #include "parallel/route.h"
 
-namespace pellicle {
-inline namespace prism {
+namespace pellicle::prism {
 
 namespace {
 
@@ -389,5 +388,4 @@ PlateStencils plate_stencils(const Membrane& membrane, const Projectors& project
   return StencilMaker(membrane).make(projectors, clamped);
 }
 
-}  // namespace prism
-}  // namespace pellicle
+}  // namespace pellicle::prism

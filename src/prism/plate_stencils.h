@@ -7,8 +7,7 @@
 #include "parallel/layout.h"
 #include "surface/membrane.h"
 
-namespace pellicle {
-inline namespace prism {
+namespace pellicle::prism {
 
 /// Second derivatives or a curvature tensor of a surface in two axes: entries 11, 12, 22.
 using PlateCurvature = Eigen::Vector3d;
@@ -69,5 +68,4 @@ struct PlateStencils {
 /// @param clamped local vertices that keep their tangent plane at an edge
 PlateStencils plate_stencils(const Membrane& membrane, const Projectors& projectors, const std::vector<bool>& clamped);
 
-}  // namespace prism
-}  // namespace pellicle
+}  // namespace pellicle::prism

@@ -9,8 +9,7 @@
 #include "base/log_event.h"
 #include "surface/membrane.h"
 
-namespace pellicle {
-inline namespace prism {
+namespace pellicle::prism {
 
 namespace {
 
@@ -167,5 +166,4 @@ double PrismElements::volume(const Field& positions, const std::vector<double>& 
   return sum;
 }
 
-}  // namespace prism
-}  // namespace pellicle
+}  // namespace pellicle::prism

@@ -8,8 +8,7 @@
 #include "prism/metric_energy.h"
 #include "prism/wall.h"
 
-namespace pellicle {
-inline namespace prism {
+namespace pellicle::prism {
 
 /// The elastic wall: energies and forces of all prism elements (balloon paper, section 4). No communication: ghosts of
 /// positions are up to date, sums are this rank's share.
@@ -88,5 +87,4 @@ class ElementStiffness {
   virtual void add_blocks(double factor, const HessianBlocks& blocks) const = 0;
 };
 
-}  // namespace prism
-}  // namespace pellicle
+}  // namespace pellicle::prism

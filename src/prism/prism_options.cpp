@@ -2,8 +2,7 @@
 
 #include "options/options.h"
 
-namespace pellicle {
-inline namespace prism {
+namespace pellicle::prism {
 
 void describe(OptionTable& table, PrismOptions& options) {
   table.add("prism.newton", options.newton,
@@ -64,5 +63,4 @@ void describe(OptionTable& table, PrismOptions& options) {
   table.add_solver_prefix("prism_", {});
 }
 
-}  // namespace prism
-}  // namespace pellicle
+}  // namespace pellicle::prism

@@ -6,8 +6,7 @@
 #include "energies/newton_options.h"
 #include "options/choice.h"
 
-namespace pellicle {
-inline namespace prism {
+namespace pellicle::prism {
 
 /// Tangent of the elements. exact: from the metric; gradient: from F, director varied; paper: director left out.
 enum class ElementTangent { exact, gradient, paper };
@@ -26,5 +25,4 @@ struct PrismOptions : NewtonOptions {
 
 void describe(OptionTable& table, PrismOptions& options);
 
-}  // namespace prism
-}  // namespace pellicle
+}  // namespace pellicle::prism

@@ -8,8 +8,7 @@
 #include "parallel/collective.h"
 #include "surface/membrane.h"
 
-namespace pellicle {
-inline namespace prism {
+namespace pellicle::prism {
 
 namespace {
 
@@ -173,5 +172,4 @@ StageResult VolumePreservation::advance(Field& positions, std::vector<double>& t
   return result;
 }
 
-}  // namespace prism
-}  // namespace pellicle
+}  // namespace pellicle::prism

@@ -10,11 +10,11 @@
 #include "parallel/field.h"
 #include "prism/wall.h"
 
-namespace pellicle {
-inline namespace options {
+namespace pellicle::options {
 class OptionTable;
-}  // namespace options
-inline namespace prism {
+}  // namespace pellicle::options
+
+namespace pellicle::prism {
 
 /// Rules of VolumePreservation for the correction.
 enum class VolumeRule { mass, printed, muller06 };
@@ -90,5 +90,4 @@ class VolumePreservation {
   Eigen::VectorXd mean_inverse_mass_;         ///< of the vertices of each piece, virtual ones included [1/kg]
 };
 
-}  // namespace prism
-}  // namespace pellicle
+}  // namespace pellicle::prism

@@ -11,8 +11,7 @@
 #include "surface/groups.h"
 #include "surface/membrane.h"
 
-namespace pellicle {
-inline namespace prism {
+namespace pellicle::prism {
 
 namespace {
 
@@ -278,5 +277,4 @@ std::vector<double> vertex_masses(const Membrane& membrane, const Wall& wall) {
   return mass;
 }
 
-}  // namespace prism
-}  // namespace pellicle
+}  // namespace pellicle::prism

@@ -7,8 +7,7 @@
 #include "prism/wall_options.h"
 #include "surface/membrane.h"
 
-namespace pellicle {
-inline namespace prism {
+namespace pellicle::prism {
 
 /// Materials and undeformed geometry of a balloon's wall, element by element.
 struct Wall {
@@ -35,5 +34,4 @@ Wall make_wall(const Membrane& membrane, const WallOptions& options, const std::
 /// Mass of each owned vertex: a third of its elements' (balloon paper, eq. 19, w = 1/3). [kg]
 std::vector<double> vertex_masses(const Membrane& membrane, const Wall& wall);
 
-}  // namespace prism
-}  // namespace pellicle
+}  // namespace pellicle::prism

@@ -11,8 +11,7 @@
 #include "geometry/cross_matrix.h"
 #include "prism/material.h"
 
-namespace pellicle {
-inline namespace prism {
+namespace pellicle::prism {
 
 namespace {
 
@@ -384,5 +383,4 @@ void WallBending::add_hessian(const HessianBlocks& blocks) const {
   }
 }
 
-}  // namespace prism
-}  // namespace pellicle
+}  // namespace pellicle::prism

@@ -9,8 +9,7 @@
 #include "prism/plate_stencils.h"
 #include "prism/prism_elements.h"
 
-namespace pellicle {
-inline namespace prism {
+namespace pellicle::prism {
 
 /// The bending of the wall, a plate of its present thickness h (Koiter's energy of a thin shell):
 ///
@@ -86,5 +85,4 @@ class WallBending : public Potential {
   double psd_blend_ = 0;
 };
 
-}  // namespace prism
-}  // namespace pellicle
+}  // namespace pellicle::prism

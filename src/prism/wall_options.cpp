@@ -5,8 +5,7 @@
 
 #include "options/options.h"
 
-namespace pellicle {
-inline namespace prism {
+namespace pellicle::prism {
 
 namespace {
 
@@ -164,5 +163,4 @@ void describe(OptionTable& table, WallOptions& options) {
                     [&options](OptionTable& objects, RegionOptions& region) { describe(objects, region, options); });
 }
 
-}  // namespace prism
-}  // namespace pellicle
+}  // namespace pellicle::prism

@@ -9,8 +9,7 @@
 #include "options/choice.h"
 #include "prism/material.h"
 
-namespace pellicle {
-inline namespace prism {
+namespace pellicle::prism {
 
 /// Law of the material of a part of the wall: the wall's, or 1 and the number of a law.
 enum class RegionLaw : int { wall };
@@ -85,5 +84,4 @@ struct WallOptions {
 /// Declares `prism.thickness`, the options `wall.*` and the named objects `regions`.
 void describe(OptionTable& table, WallOptions& options);
 
-}  // namespace prism
-}  // namespace pellicle
+}  // namespace pellicle::prism

@@ -5,8 +5,7 @@
 #include "geometry/pressure_load.h"
 #include "prism/gradient_stiffness.h"
 
-namespace pellicle {
-inline namespace prism {
+namespace pellicle::prism {
 
 namespace {
 
@@ -111,5 +110,4 @@ void WallPotential::add_product(const double* w, double* result) const {
   }
 }
 
-}  // namespace prism
-}  // namespace pellicle
+}  // namespace pellicle::prism

@@ -9,8 +9,7 @@
 #include "prism/prism_elements.h"
 #include "prism/prism_options.h"
 
-namespace pellicle {
-inline namespace prism {
+namespace pellicle::prism {
 
 /// The pairs of corners of a surface's local triangles, nine for each, in the order of ElementStiffness::add_blocks.
 std::vector<VertexPair> pairs_of_elements(const Surface& surface);
@@ -57,5 +56,4 @@ class WallPotential : public Potential {
   std::vector<Eigen::Matrix3d> at_rims_;  ///< rim_stiffness of each rim; empty if the positive Hessian is in use
 };
 
-}  // namespace prism
-}  // namespace pellicle
+}  // namespace pellicle::prism

@@ -9,8 +9,7 @@
 #include "linear/shell_operations.h"
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace projection {
+namespace pellicle::projection {
 
 void linearise(const SpringSet& springs, const double* x, const std::vector<double>& target,
                const std::vector<bool>& active, Linearisation& result) {
@@ -133,5 +132,4 @@ void Gram::multiply(Vec in, Vec out) {
   check(PetscLogFlops(27.0 * static_cast<double>(diagonal_.size())));
 }
 
-}  // namespace projection
-}  // namespace pellicle
+}  // namespace pellicle::projection

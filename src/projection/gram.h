@@ -13,8 +13,7 @@
 #include "projection/project_options.h"
 #include "surface/sheet.h"
 
-namespace pellicle {
-inline namespace projection {
+namespace pellicle::projection {
 
 /// The constraints of one colour at some positions (burning paper, eq. 10 and 11).
 struct Linearisation {
@@ -79,5 +78,4 @@ class Gram {
   Eigen::Matrix3Xd particle_sum_;  ///< scratch of the shell's product
 };
 
-}  // namespace projection
-}  // namespace pellicle
+}  // namespace pellicle::projection

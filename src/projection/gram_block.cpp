@@ -4,8 +4,7 @@
 
 #include "base/error.h"
 
-namespace pellicle {
-inline namespace projection {
+namespace pellicle::projection {
 
 PetscInt joint_of(const SpringSet& springs, PetscInt one, PetscInt other) {
   for (const std::size_t k : {1, 0}) {
@@ -236,5 +235,4 @@ void GramRows::send(double* out) {
   }
 }
 
-}  // namespace projection
-}  // namespace pellicle
+}  // namespace pellicle::projection

@@ -11,8 +11,7 @@
 #include "projection/spring_lines.h"
 #include "surface/sheet.h"
 
-namespace pellicle {
-inline namespace projection {
+namespace pellicle::projection {
 
 /// Twice the particle that two springs share, plus one if it is the first end of one and the second of the other, so
 /// that the gradients by it have different signs; -1 if they share none.
@@ -100,5 +99,4 @@ class GramRows {
   std::vector<double> changes_;            ///< contributions to foreign columns
 };
 
-}  // namespace projection
-}  // namespace pellicle
+}  // namespace pellicle::projection

@@ -8,8 +8,7 @@
 #include "linear/shell_operations.h"
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace projection {
+namespace pellicle::projection {
 
 JointGram::JointGram(const Sheet& sheet, std::vector<Colour> colours, const std::string& prefix, double rtol)
     : sheet_(sheet), colours_(std::move(colours)), sum_(sheet.particles, 3) {
@@ -101,5 +100,4 @@ void JointGram::apply_transpose(Eigen::Matrix3Xd& result) {
   result = sum_.values();
 }
 
-}  // namespace projection
-}  // namespace pellicle
+}  // namespace pellicle::projection

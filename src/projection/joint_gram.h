@@ -12,8 +12,7 @@
 #include "parallel/field.h"
 #include "surface/sheet.h"
 
-namespace pellicle {
-inline namespace projection {
+namespace pellicle::projection {
 
 /// J W J^T + shift of the springs of several colours together, matrix-free: W holds the inverse masses of the
 /// particles. Unknowns are the owned springs, colour after colour.
@@ -79,5 +78,4 @@ class JointGram {
   KspHandle ksp_;
 };
 
-}  // namespace projection
-}  // namespace pellicle
+}  // namespace pellicle::projection

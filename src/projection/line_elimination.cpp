@@ -12,8 +12,7 @@
 #include "parallel/collective.h"
 #include "parallel/exchange.h"
 
-namespace pellicle {
-inline namespace projection {
+namespace pellicle::projection {
 
 namespace {
 
@@ -446,5 +445,4 @@ void LineElimination::apply(Vec in, Vec out) {
   substitute(in, out);
 }
 
-}  // namespace projection
-}  // namespace pellicle
+}  // namespace pellicle::projection

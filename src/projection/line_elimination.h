@@ -14,8 +14,7 @@
 #include "projection/gram_block.h"
 #include "surface/sheet.h"
 
-namespace pellicle {
-inline namespace projection {
+namespace pellicle::projection {
 
 /// J W J^T along lines of springs: a tridiagonal matrix for each line, factorised as L D L^T.
 ///
@@ -215,5 +214,4 @@ class LineElimination {
   VecHandle kept_values_;
 };
 
-}  // namespace projection
-}  // namespace pellicle
+}  // namespace pellicle::projection

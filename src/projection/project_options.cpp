@@ -5,8 +5,7 @@
 #include "linear/ksp.h"
 #include "options/options.h"
 
-namespace pellicle {
-inline namespace projection {
+namespace pellicle::projection {
 
 namespace {
 
@@ -95,5 +94,4 @@ void describe_strain_limit(OptionTable& table, ProjectOptions& options) {
             "of it on; none unless given");
 }
 
-}  // namespace projection
-}  // namespace pellicle
+}  // namespace pellicle::projection

@@ -8,8 +8,7 @@
 #include "options/choice.h"
 #include "surface/sheet.h"
 
-namespace pellicle {
-inline namespace projection {
+namespace pellicle::projection {
 
 /// Inverse masses of J W J^T: those of the particles, or ones.
 enum class GramMasses { actual, equal };
@@ -57,5 +56,4 @@ void describe(OptionTable& table, ProjectOptions& options);
 /// Declares the option of the strain limit alone, which elastic sheets have, too.
 void describe_strain_limit(OptionTable& table, ProjectOptions& options);
 
-}  // namespace projection
-}  // namespace pellicle
+}  // namespace pellicle::projection

@@ -8,8 +8,7 @@
 #include "parallel/collective.h"
 #include "parallel/exchange.h"
 
-namespace pellicle {
-inline namespace projection {
+namespace pellicle::projection {
 
 namespace {
 
@@ -498,5 +497,4 @@ class LineFinder {
 
 SpringLines find_lines(const SpringSet& set, const Layout& particles) { return LineFinder(set, particles).result(); }
 
-}  // namespace projection
-}  // namespace pellicle
+}  // namespace pellicle::projection

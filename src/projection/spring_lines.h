@@ -6,8 +6,7 @@
 #include "surface/incidence.h"
 #include "surface/sheet.h"
 
-namespace pellicle {
-inline namespace projection {
+namespace pellicle::projection {
 
 /// Two consecutive springs of a line; the second may be a ghost.
 struct SpringPair {
@@ -51,5 +50,4 @@ struct SpringLines {
 /// one spring when they are closed on one rank. Collective.
 SpringLines find_lines(const SpringSet& set, const Layout& particles);
 
-}  // namespace projection
-}  // namespace pellicle
+}  // namespace pellicle::projection

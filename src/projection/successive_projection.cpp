@@ -11,8 +11,7 @@
 #include "surface/incidence.h"
 #include "surface/weave_strain.h"
 
-namespace pellicle {
-inline namespace projection {
+namespace pellicle::projection {
 
 namespace {
 
@@ -366,5 +365,4 @@ StageResult SuccessiveProjection::advance(Field& x, const ProjectionInput& input
   return result;
 }
 
-}  // namespace projection
-}  // namespace pellicle
+}  // namespace pellicle::projection

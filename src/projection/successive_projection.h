@@ -13,8 +13,7 @@
 #include "projection/project_options.h"
 #include "surface/active_set.h"
 
-namespace pellicle {
-inline namespace projection {
+namespace pellicle::projection {
 
 /// Refuses meshes on which the paper's projection may diverge: particles with more than six neighbours by springs of
 /// one colour (burning paper, section 8.2), unless `project.shift` is at least 1e-3, which keeps J J^T regular. The
@@ -128,5 +127,4 @@ class SuccessiveProjection {
   std::vector<ProjectionError> monitored_;
 };
 
-}  // namespace projection
-}  // namespace pellicle
+}  // namespace pellicle::projection

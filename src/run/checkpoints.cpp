@@ -17,8 +17,7 @@
 #include "parallel/collective.h"
 #include "run/step_control.h"
 
-namespace pellicle {
-inline namespace run {
+namespace pellicle::run {
 
 namespace {
 
@@ -295,5 +294,4 @@ void require_same_run(const OptionTable& table, const Hdf5File& checkpoint, cons
   }
 }
 
-}  // namespace run
-}  // namespace pellicle
+}  // namespace pellicle::run

@@ -10,8 +10,7 @@
 #include "state/hdf5_file.h"
 #include "world/checkpoint_options.h"
 
-namespace pellicle {
-inline namespace run {
+namespace pellicle::run {
 
 class SteppedRun;
 
@@ -60,5 +59,4 @@ void require_same_run(const OptionTable& table, const Hdf5File& checkpoint, cons
 /// The decks of the run that wrote a checkpoint. Collective. @throws Error, on all ranks
 std::vector<Deck> decks_of(const Hdf5File& checkpoint);
 
-}  // namespace run
-}  // namespace pellicle
+}  // namespace pellicle::run

@@ -2,8 +2,7 @@
 
 #include <cstdio>
 
-namespace pellicle {
-inline namespace run {
+namespace pellicle::run {
 
 namespace {
 
@@ -89,5 +88,4 @@ void HistoryTables::resume(const Hdf5File& checkpoint) {
   }
 }
 
-}  // namespace run
-}  // namespace pellicle
+}  // namespace pellicle::run

@@ -7,8 +7,7 @@
 #include "state/hdf5_file.h"
 #include "world/object.h"
 
-namespace pellicle {
-inline namespace run {
+namespace pellicle::run {
 
 /// The tables of an object: a row of history.csv for the initial state and for each step, where something burns the
 /// pieces of each frame in pieces.csv, and with `project.monitor` the curves of Fig. 8 of the burning paper in
@@ -38,5 +37,4 @@ class HistoryTables {
   std::unique_ptr<History> projection_;  ///< null: not asked for
 };
 
-}  // namespace run
-}  // namespace pellicle
+}  // namespace pellicle::run

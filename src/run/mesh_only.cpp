@@ -21,8 +21,7 @@
 #include "world/load_mesh.h"
 #include "world/object.h"
 
-namespace pellicle {
-inline namespace run {
+namespace pellicle::run {
 
 namespace {
 
@@ -152,5 +151,4 @@ void mesh_only(MPI_Comm comm, const RunPlan& plan, RunRecord record) {
   }
 }
 
-}  // namespace run
-}  // namespace pellicle
+}  // namespace pellicle::run

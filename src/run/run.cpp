@@ -14,8 +14,7 @@
 #include "run/world_output.h"
 #include "world/load_mesh.h"
 
-namespace pellicle {
-inline namespace run {
+namespace pellicle::run {
 
 namespace {
 
@@ -270,5 +269,4 @@ void run_objects(MPI_Comm comm, const std::deque<ObjectOptions>& objects, RunRec
   Run(comm, plan, objects.front().table, record, console).run();
 }
 
-}  // namespace run
-}  // namespace pellicle
+}  // namespace pellicle::run

@@ -8,8 +8,7 @@
 #include "world/options.h"
 #include "world/run_plan.h"
 
-namespace pellicle {
-inline namespace run {
+namespace pellicle::run {
 
 /// Runs a world of objects from their meshes to the last frame: the whole program after its options have been read.
 /// Collective.
@@ -29,5 +28,4 @@ void run_objects(MPI_Comm comm, const std::deque<ObjectOptions>& objects, RunRec
 /// @throws Error on a bad mesh, or where the output folder cannot be used
 void mesh_only(MPI_Comm comm, const RunPlan& plan, RunRecord record);
 
-}  // namespace run
-}  // namespace pellicle
+}  // namespace pellicle::run

@@ -10,8 +10,7 @@
 #include "base/error.h"
 #include "base/stop_signal.h"
 
-namespace pellicle {
-inline namespace run {
+namespace pellicle::run {
 
 namespace {
 
@@ -239,5 +238,4 @@ void run_steps(SteppedRun& run, const TimeOptions& options, Console& console, Ch
   tell_remarks();
 }
 
-}  // namespace run
-}  // namespace pellicle
+}  // namespace pellicle::run

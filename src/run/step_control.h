@@ -10,8 +10,7 @@
 #include "world/options.h"
 #include "world/stage.h"
 
-namespace pellicle {
-inline namespace run {
+namespace pellicle::run {
 
 /// A run that is stepped and written, in practice a WorldOutput. All calls are collective.
 class SteppedRun {
@@ -70,5 +69,4 @@ class SteppedRun {
 /// Checkpoints are written where they are due and at the end, however the run ends.
 void run_steps(SteppedRun& run, const TimeOptions& options, Console& console, Checkpoints* checkpoints = nullptr);
 
-}  // namespace run
-}  // namespace pellicle
+}  // namespace pellicle::run

@@ -5,8 +5,7 @@
 
 #include "world/state_checks.h"
 
-namespace pellicle {
-inline namespace run {
+namespace pellicle::run {
 
 namespace {
 
@@ -193,5 +192,4 @@ void WorldOutput::save(Hdf5File& checkpoint) const {
   writer_.save(checkpoint);
 }
 
-}  // namespace run
-}  // namespace pellicle
+}  // namespace pellicle::run

@@ -16,8 +16,7 @@
 #include "run/step_control.h"
 #include "world/world.h"
 
-namespace pellicle {
-inline namespace run {
+namespace pellicle::run {
 
 /// A body or a ball of heat as frames show it.
 struct BodyDrawing : FramePart {  // "ball", "heat_flame", of an object "heat_paper_flame"
@@ -84,5 +83,4 @@ class WorldOutput : public SteppedRun {
   std::vector<GroupTable> contacts_;
 };
 
-}  // namespace run
-}  // namespace pellicle
+}  // namespace pellicle::run

@@ -6,8 +6,7 @@
 #include <stdexcept>
 #include <type_traits>
 
-namespace pellicle {
-inline namespace state {
+namespace pellicle::state {
 
 namespace {
 
@@ -124,5 +123,4 @@ std::vector<std::pair<std::string, double>> differences(const FieldRegistry& one
   return result;
 }
 
-}  // namespace state
-}  // namespace pellicle
+}  // namespace pellicle::state

@@ -12,8 +12,7 @@
 
 #include "parallel/field.h"
 
-namespace pellicle {
-inline namespace state {
+namespace pellicle::state {
 
 /// Location of a field: on each particle, cell (element of a membrane) or spring, or once on the object, either with
 /// the same value on every rank, or as a sum of parts of all ranks.
@@ -162,5 +161,4 @@ std::vector<double> numbers_of(const FieldRegistry::Entry& entry);
 /// @throws std::logic_error if the registries have different fields. Not collective.
 std::vector<std::pair<std::string, double>> differences(const FieldRegistry& one, const FieldRegistry& other);
 
-}  // namespace state
-}  // namespace pellicle
+}  // namespace pellicle::state

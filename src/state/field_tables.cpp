@@ -9,8 +9,7 @@
 #include "base/error.h"
 #include "state/sorted_rows.h"
 
-namespace pellicle {
-inline namespace state {
+namespace pellicle::state {
 
 namespace {
 
@@ -198,5 +197,4 @@ void read_fields(const Hdf5File& file, const std::string& group, FieldRegistry& 
   read_object_fields(file, group, fields);
 }
 
-}  // namespace state
-}  // namespace pellicle
+}  // namespace pellicle::state

@@ -6,8 +6,7 @@
 #include "state/field_registry.h"
 #include "state/hdf5_file.h"
 
-namespace pellicle {
-inline namespace state {
+namespace pellicle::state {
 
 // The fields of an object as tables of a file: GROUP/particles/NAME and GROUP/cells/NAME have a row an item, in the
 // order of the persistent ids, GROUP/once/NAME values once on the object, GROUP/sums/NAME a row a rank. Fields that
@@ -26,5 +25,4 @@ void write_fields(Hdf5File& file, const std::string& group, const FieldRegistry&
 void read_fields(const Hdf5File& file, const std::string& group, FieldRegistry& fields,
                  const std::vector<PetscInt>& particle_ids, const std::vector<PetscInt>& cell_ids);
 
-}  // namespace state
-}  // namespace pellicle
+}  // namespace pellicle::state

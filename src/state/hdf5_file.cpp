@@ -16,8 +16,7 @@
 #include "base/error.h"
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace state {
+namespace pellicle::state {
 
 namespace {
 
@@ -317,5 +316,4 @@ unsigned long file_checksum(MPI_Comm comm, const std::string& path, long long by
   return combined(comm, sum, end - first);
 }
 
-}  // namespace state
-}  // namespace pellicle
+}  // namespace pellicle::state

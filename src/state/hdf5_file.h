@@ -7,8 +7,9 @@
 #include <string>
 #include <vector>
 
-namespace pellicle {
-inline namespace state {
+#include "base/namespaces.h"
+
+namespace pellicle::state {
 
 /// An HDF5 file that all ranks write, or read, together: tables of numbers, the rows of rank 0 first, then those of
 /// rank 1, and so on. A rank may have no rows. Each table has its check sum (CRC-32) as the attribute `crc32`. Parallel
@@ -108,5 +109,4 @@ class Hdf5File {
 /// CRC-32 of a file's first bytes, read by all ranks together. Collective. @throws Error, on all ranks
 unsigned long file_checksum(MPI_Comm comm, const std::string& path, long long bytes);
 
-}  // namespace state
-}  // namespace pellicle
+}  // namespace pellicle::state

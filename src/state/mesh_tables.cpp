@@ -6,8 +6,7 @@
 #include "parallel/collective.h"
 #include "state/sorted_rows.h"
 
-namespace pellicle {
-inline namespace state {
+namespace pellicle::state {
 
 namespace {
 
@@ -143,5 +142,4 @@ MeshRows read_mesh(const Hdf5File& file, const std::string& group) {
   return rows;
 }
 
-}  // namespace state
-}  // namespace pellicle
+}  // namespace pellicle::state

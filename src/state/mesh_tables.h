@@ -5,8 +5,7 @@
 #include "state/hdf5_file.h"
 #include "surface/mesh_rows.h"
 
-namespace pellicle {
-inline namespace state {
+namespace pellicle::state {
 
 // A distributed mesh as tables of a file, in the order of the ids: GROUP/vertices/id, position [m], uv, group_set, and
 // for a sheet mass [kg], since a corner keeps its mass when compaction removes some of its cells; GROUP/cells/id,
@@ -19,5 +18,4 @@ void write_mesh(Hdf5File& file, const std::string& group, const MeshRows& rows);
 /// MeshRows::part is set. Collective. @throws Error, on all ranks
 MeshRows read_mesh(const Hdf5File& file, const std::string& group);
 
-}  // namespace state
-}  // namespace pellicle
+}  // namespace pellicle::state

@@ -7,8 +7,7 @@
 #include "base/sorting.h"
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace state {
+namespace pellicle::state {
 
 namespace {
 
@@ -60,5 +59,4 @@ RowsOfIds::RowsOfIds(MPI_Comm comm, const std::vector<PetscInt>& ids, const std:
   });
 }
 
-}  // namespace state
-}  // namespace pellicle
+}  // namespace pellicle::state

@@ -6,8 +6,7 @@
 #include "parallel/records.h"
 #include "parallel/route.h"
 
-namespace pellicle {
-inline namespace state {
+namespace pellicle::state {
 
 /// Sorts rows by their ids over all ranks: those of the least ids go to rank 0, and so on. Ranks may have none, before
 /// and after.
@@ -51,5 +50,4 @@ class RowsOfIds {
   std::vector<PetscInt> asked_;  ///< this rank's rows that others fetch
 };
 
-}  // namespace state
-}  // namespace pellicle
+}  // namespace pellicle::state

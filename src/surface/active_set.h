@@ -5,8 +5,7 @@
 
 #include "surface/surface.h"
 
-namespace pellicle {
-inline namespace surface {
+namespace pellicle::surface {
 
 /// The active parts of a surface that burns or tears, without renumbering: springs that hold, and surface triangles
 /// that exist at least in part. A spring lives as long as one of the triangles that share it; a green one dies when the
@@ -51,5 +50,4 @@ inline std::vector<bool> particles_with_springs(const Surface& surface, const Ac
   return result;
 }
 
-}  // namespace surface
-}  // namespace pellicle
+}  // namespace pellicle::surface

@@ -9,8 +9,7 @@
 #include "parallel/collective.h"
 #include "parallel/exchange.h"
 
-namespace pellicle {
-inline namespace surface {
+namespace pellicle::surface {
 
 namespace {
 
@@ -75,5 +74,4 @@ LoadedMembrane split(const Membrane& membrane, const SplitCorners& corners, cons
   return make_membrane(membrane.comm(), std::move(rows), options);
 }
 
-}  // namespace surface
-}  // namespace pellicle
+}  // namespace pellicle::surface

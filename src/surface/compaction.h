@@ -6,8 +6,7 @@
 #include "surface/shell.h"
 #include "surface/split_corners.h"
 
-namespace pellicle {
-inline namespace surface {
+namespace pellicle::surface {
 
 /// Removes cells, and the corners that belong to no remaining cell. The rest keeps persistent ids, undeformed places,
 /// texture coordinates, initial masses and groups, and stays on its ranks unless the numbers of cells then differ by
@@ -36,5 +35,4 @@ LoadedSheet split(const Sheet& sheet, const SplitCorners& corners, const Records
 LoadedMembrane split(const Membrane& membrane, const SplitCorners& corners, const Records& particles,
                      const Records& copies, const Records& elements, const SheetOptions& options);
 
-}  // namespace surface
-}  // namespace pellicle
+}  // namespace pellicle::surface

@@ -21,8 +21,7 @@
 #include "surface/opposite_sides.h"
 #include "surface/pieces.h"
 
-namespace pellicle {
-inline namespace surface {
+namespace pellicle::surface {
 
 namespace {
 
@@ -503,5 +502,4 @@ Eigen::Matrix3Xd perturbed_positions(const Surface& points, const SheetOptions& 
   return positions;
 }
 
-}  // namespace surface
-}  // namespace pellicle
+}  // namespace pellicle::surface

@@ -12,8 +12,7 @@
 #include "surface/sheet_options.h"
 #include "surface/surface.h"
 
-namespace pellicle {
-inline namespace surface {
+namespace pellicle::surface {
 
 // Distribution of a mesh over the ranks, for shells and membranes. Internal to surface.
 
@@ -98,5 +97,4 @@ class Distribution {
 /// `mean_edge`, and depends only on seed and persistent id. @returns (3 x local) [m]. Not collective.
 Eigen::Matrix3Xd perturbed_positions(const Surface& points, const SheetOptions& options, double mean_edge);
 
-}  // namespace surface
-}  // namespace pellicle
+}  // namespace pellicle::surface

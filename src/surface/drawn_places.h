@@ -6,8 +6,7 @@
 #include "geometry/pressure_load.h"
 #include "surface/surface.h"
 
-namespace pellicle {
-inline namespace surface {
+namespace pellicle::surface {
 
 /// Places of the points of an element's surface triangles; a quad's centre is at the mean of its corners.
 class DrawnPlaces {
@@ -45,5 +44,4 @@ inline Eigen::Vector3d element_area_vector(const Surface& surface, const double*
                              : area_vector(corner(0), corner(1), corner(2));
 }
 
-}  // namespace surface
-}  // namespace pellicle
+}  // namespace pellicle::surface

@@ -8,8 +8,7 @@
 #include "parallel/field.h"
 #include "surface/surface.h"
 
-namespace pellicle {
-inline namespace surface {
+namespace pellicle::surface {
 
 /// A point of a surface triangle: a weighted mean of particles.
 struct PointWeights {
@@ -45,5 +44,4 @@ struct DrawnSurface {
   std::vector<PetscInt> elements;                  ///< local element of each triangle
 };
 
-}  // namespace surface
-}  // namespace pellicle
+}  // namespace pellicle::surface

@@ -7,8 +7,7 @@
 #include "base/error.h"
 #include "options/spelling.h"
 
-namespace pellicle {
-inline namespace surface {
+namespace pellicle::surface {
 
 std::vector<bool> members_of_group(const Surface& points, const std::string& key, const std::string& group) {
   const auto found = points.groups.find(group);
@@ -33,5 +32,4 @@ std::vector<bool> members_of_group(const Surface& points, const std::string& key
   return members;
 }
 
-}  // namespace surface
-}  // namespace pellicle
+}  // namespace pellicle::surface

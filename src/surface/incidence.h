@@ -7,8 +7,9 @@
 #include <numeric>
 #include <vector>
 
-namespace pellicle {
-inline namespace surface {
+#include "base/namespaces.h"
+
+namespace pellicle::surface {
 
 /// Springs or cells at each local particle, in compressed rows.
 struct Incidence {
@@ -48,5 +49,4 @@ struct Incidence {
   }
 };
 
-}  // namespace surface
-}  // namespace pellicle
+}  // namespace pellicle::surface

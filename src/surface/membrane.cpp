@@ -9,8 +9,7 @@
 #include "parallel/field.h"
 #include "surface/distribution.h"
 
-namespace pellicle {
-inline namespace surface {
+namespace pellicle::surface {
 
 Membrane make_membrane(MPI_Comm comm, const SurfaceMesh& mesh, const SheetOptions& options) {
   return make_membrane(comm, rows_of(comm, mesh), options).membrane;
@@ -167,5 +166,4 @@ Eigen::Matrix3Xd perturbed_positions(const Membrane& membrane, const SheetOption
   return perturbed_positions(membrane, options, perimeters / (3 * static_cast<double>(membrane.elements.global)));
 }
 
-}  // namespace surface
-}  // namespace pellicle
+}  // namespace pellicle::surface

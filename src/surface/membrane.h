@@ -10,8 +10,7 @@
 #include "surface/sheet_options.h"
 #include "surface/surface.h"
 
-namespace pellicle {
-inline namespace surface {
+namespace pellicle::surface {
 
 /// A distributed triangle mesh: the middle surface of a balloon, as flat arrays. Its particles are the vertices.
 ///
@@ -70,5 +69,4 @@ inline Edges edges_of(const double* positions, const std::array<PetscInt, 3>& tr
   return {Position(positions + 3 * triangle[1]) - x1, Position(positions + 3 * triangle[2]) - x1};
 }
 
-}  // namespace surface
-}  // namespace pellicle
+}  // namespace pellicle::surface

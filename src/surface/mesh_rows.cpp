@@ -7,8 +7,7 @@
 #include "base/error.h"
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace surface {
+namespace pellicle::surface {
 
 namespace {
 
@@ -151,5 +150,4 @@ MeshRows vertex_rows(const Surface& points, PetscInt count) {
   return rows;
 }
 
-}  // namespace surface
-}  // namespace pellicle
+}  // namespace pellicle::surface

@@ -11,8 +11,7 @@
 #include "parallel/records.h"
 #include "surface/surface.h"
 
-namespace pellicle {
-inline namespace surface {
+namespace pellicle::surface {
 
 /// A mesh of triangles or quads whose cells and vertices are distributed over the ranks in any way: each is a row on
 /// exactly one rank. Ranks may have none. Order and rank of rows have no meaning: ids connect cells and vertices.
@@ -67,5 +66,4 @@ MeshRows::Point row_of(const Surface& points, PetscInt particle);
 /// The first owned particles as vertices; without groups, masses and other data. Collective.
 MeshRows vertex_rows(const Surface& points, PetscInt count);
 
-}  // namespace surface
-}  // namespace pellicle
+}  // namespace pellicle::surface

@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <array>
 
-namespace pellicle {
-inline namespace surface {
+namespace pellicle::surface {
 
 std::vector<double> corner_masses(const Sheet& sheet, const Field& mass) {
   Field sum(sheet.particles, 1);
@@ -36,5 +35,4 @@ void follow_corners(const Sheet& sheet, Field& values) {
   }
 }
 
-}  // namespace surface
-}  // namespace pellicle
+}  // namespace pellicle::surface

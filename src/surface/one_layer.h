@@ -5,8 +5,7 @@
 #include "parallel/field.h"
 #include "surface/sheet.h"
 
-namespace pellicle {
-inline namespace surface {
+namespace pellicle::surface {
 
 // A sheet of one layer (Sheet::layers): its corners move, and the lattice points are the centres of their cells.
 
@@ -19,5 +18,4 @@ std::vector<double> corner_masses(const Sheet& sheet, const Field& mass);
 /// @param values (3 x local), ghosts up to date before and after
 void follow_corners(const Sheet& sheet, Field& values);
 
-}  // namespace surface
-}  // namespace pellicle
+}  // namespace pellicle::surface

@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
-namespace pellicle {
-inline namespace surface {
+namespace pellicle::surface {
 
 std::vector<PetscInt> opposite_sides(const std::vector<PetscInt>& corners, std::size_t count) {
   const auto ends = [&](std::size_t side) {
@@ -33,5 +32,4 @@ std::vector<PetscInt> opposite_sides(const std::vector<PetscInt>& corners, std::
   return opposite;
 }
 
-}  // namespace surface
-}  // namespace pellicle
+}  // namespace pellicle::surface

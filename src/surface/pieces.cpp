@@ -8,8 +8,7 @@
 #include "base/disjoint_sets.h"
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace surface {
+namespace pellicle::surface {
 
 std::vector<PetscInt> least_connected_ids(const Layout& items, DisjointSets& connected,
                                           const std::vector<PetscInt>& ids) {
@@ -141,5 +140,4 @@ std::vector<double> piece_masses(const Pieces& pieces, const Surface& surface, c
   return masses;
 }
 
-}  // namespace surface
-}  // namespace pellicle
+}  // namespace pellicle::surface

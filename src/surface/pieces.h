@@ -7,8 +7,7 @@
 #include "surface/active_set.h"
 #include "surface/surface.h"
 
-namespace pellicle {
-inline namespace surface {
+namespace pellicle::surface {
 
 /// The least id of all items that are connected with each local item, over all ranks. Collective.
 /// @param connected sets of local items, among them all that are directly connected with an owned one
@@ -39,5 +38,4 @@ void update_pieces(Pieces& pieces, const Surface& surface, const ActiveSet& acti
 /// Mass of each present piece, the same on all ranks [kg]. Collective.
 std::vector<double> piece_masses(const Pieces& pieces, const Surface& surface, const Field& mass);
 
-}  // namespace surface
-}  // namespace pellicle
+}  // namespace pellicle::surface

@@ -2,8 +2,7 @@
 
 #include "surface/surface.h"
 
-namespace pellicle {
-inline namespace surface {
+namespace pellicle::surface {
 
 /// A distributed quad sheet: the body-centred-square shell of section 3.2.
 ///
@@ -23,5 +22,4 @@ struct Sheet : Surface {
   bool acts(Colour colour) const { return layers == 2 || colour == Colour::blue; }
 };
 
-}  // namespace surface
-}  // namespace pellicle
+}  // namespace pellicle::surface

@@ -2,8 +2,7 @@
 
 #include "options/options.h"
 
-namespace pellicle {
-inline namespace surface {
+namespace pellicle::surface {
 
 void describe(OptionTable& table, SheetOptions& options) {
   table.add("sheet.layers", options.layers, Rules().range(1, 2),
@@ -32,5 +31,4 @@ void describe(OptionTable& table, SheetOptions& options) {
             "pairs that may touch is, where there are more of them than cells");
 }
 
-}  // namespace surface
-}  // namespace pellicle
+}  // namespace pellicle::surface

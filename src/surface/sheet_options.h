@@ -5,8 +5,7 @@
 
 #include "options/choice.h"
 
-namespace pellicle {
-inline namespace surface {
+namespace pellicle::surface {
 
 enum class Partitioner { metis, ptscotch, simple };
 inline std::vector<std::string> names_of(Partitioner) { return {"metis", "ptscotch", "simple"}; }
@@ -25,5 +24,4 @@ struct SheetOptions {
 
 void describe(OptionTable& table, SheetOptions& options);
 
-}  // namespace surface
-}  // namespace pellicle
+}  // namespace pellicle::surface

@@ -13,8 +13,7 @@
 #include "parallel/exchange.h"
 #include "surface/distribution.h"
 
-namespace pellicle {
-inline namespace surface {
+namespace pellicle::surface {
 
 namespace {
 
@@ -304,5 +303,4 @@ Eigen::Matrix3Xd perturbed_positions(const Sheet& sheet, const SheetOptions& opt
   return perturbed_positions(sheet, options, sum_of_lengths(blue) / static_cast<double>(blue.layout.global));
 }
 
-}  // namespace surface
-}  // namespace pellicle
+}  // namespace pellicle::surface

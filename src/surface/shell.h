@@ -5,8 +5,7 @@
 #include "surface/sheet.h"
 #include "surface/sheet_options.h"
 
-namespace pellicle {
-inline namespace surface {
+namespace pellicle::surface {
 
 /// Layers of neighbours' cells on a rank: a green spring's neighbours end one cell beyond the next cell.
 inline constexpr int shell_layers = 2;
@@ -54,5 +53,4 @@ MeshRows rows_of_mesh(const Sheet& sheet);
 /// @returns (3 x local) [m]
 Eigen::Matrix3Xd perturbed_positions(const Sheet& sheet, const SheetOptions& options);
 
-}  // namespace surface
-}  // namespace pellicle
+}  // namespace pellicle::surface

@@ -11,8 +11,7 @@
 #include "parallel/collective.h"
 #include "parallel/exchange.h"
 
-namespace pellicle {
-inline namespace surface {
+namespace pellicle::surface {
 
 namespace {
 
@@ -140,5 +139,4 @@ SplitCorners find_split_corners(const Surface& surface, const ActiveSet& active)
   return split;
 }
 
-}  // namespace surface
-}  // namespace pellicle
+}  // namespace pellicle::surface

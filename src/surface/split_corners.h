@@ -5,8 +5,7 @@
 #include "surface/active_set.h"
 #include "surface/surface.h"
 
-namespace pellicle {
-inline namespace surface {
+namespace pellicle::surface {
 
 /// Corners of elements that are split, because cracks have separated the active elements round them.
 struct SplitCorners {
@@ -30,5 +29,4 @@ struct SplitCorners {
 /// proportion to those of the elements. Collective.
 SplitCorners find_split_corners(const Surface& surface, const ActiveSet& active);
 
-}  // namespace surface
-}  // namespace pellicle
+}  // namespace pellicle::surface

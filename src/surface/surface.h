@@ -8,8 +8,7 @@
 
 #include "parallel/layout.h"
 
-namespace pellicle {
-inline namespace surface {
+namespace pellicle::surface {
 
 /// The four sets of springs of the body-centred-square shell (burning paper, section 3.2), in the order of projection.
 enum class Colour { red = 0, green = 1, blue = 2, yellow = 3 };
@@ -127,5 +126,4 @@ struct SymmetryPlanes {
   unsigned common(PetscInt a, PetscInt b) const { return of_particle.empty() ? 0 : of_particle[a] & of_particle[b]; }
 };
 
-}  // namespace surface
-}  // namespace pellicle
+}  // namespace pellicle::surface

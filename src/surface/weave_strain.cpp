@@ -9,8 +9,7 @@
 #include "base/units.h"
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace surface {
+namespace pellicle::surface {
 
 WeaveStrain weave_strain(const Sheet& sheet, const Field& x, const std::array<std::vector<double>, 4>& target_length,
                          const ActiveSet& active, const std::array<std::vector<bool>, 4>& bears) {
@@ -96,5 +95,4 @@ std::string beyond_limit(const WeaveStrain& strain, double limit) {
                      words_of(strain.largest, strain.place), number_text(limit));
 }
 
-}  // namespace surface
-}  // namespace pellicle
+}  // namespace pellicle::surface

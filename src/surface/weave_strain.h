@@ -10,8 +10,7 @@
 #include "surface/active_set.h"
 #include "surface/sheet.h"
 
-namespace pellicle {
-inline namespace surface {
+namespace pellicle::surface {
 
 /// The colours of the weave of a sheet: the springs along its cells, in both layers; in a sheet of one layer only the
 /// blue ones act.
@@ -52,5 +51,4 @@ std::string words_of(double strain, const Eigen::Vector3d& place);
 /// "the blue spring of particles 3 and 4 is strained by 3.2 % at (0.1, 0.2, 0.3) m, above project.strain_limit 0.01"
 std::string beyond_limit(const WeaveStrain& strain, double limit);
 
-}  // namespace surface
-}  // namespace pellicle
+}  // namespace pellicle::surface

@@ -5,8 +5,7 @@
 
 #include "world/fire_remarks.h"
 
-namespace pellicle {
-inline namespace world {
+namespace pellicle::world {
 
 BurningFields::BurningFields(FieldRegistry& registry, const Surface& surface)
     : temperature(registry.add<Field>({"temperature", "K", Item::particle, Drawn::of_both_layers})),
@@ -40,5 +39,4 @@ BurningFields::BurningFields(FieldRegistry& registry, const Surface& surface)
   std::fill(burn_time.begin(), burn_time.end(), -1);
 }
 
-}  // namespace world
-}  // namespace pellicle
+}  // namespace pellicle::world

@@ -8,8 +8,7 @@
 #include "surface/active_set.h"
 #include "surface/pieces.h"
 
-namespace pellicle {
-inline namespace world {
+namespace pellicle::world {
 
 /// The fields of a surface that heats, burns and is cut, declared in the registry of its state.
 struct BurningFields {
@@ -35,5 +34,4 @@ struct BurningFields {
   Eigen::VectorXd& fire_record;  ///< FireRecord::numbers
 };
 
-}  // namespace world
-}  // namespace pellicle
+}  // namespace pellicle::world

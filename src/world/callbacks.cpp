@@ -6,8 +6,7 @@
 
 #include "base/error.h"
 
-namespace pellicle {
-inline namespace world {
+namespace pellicle::world {
 
 namespace {
 
@@ -57,5 +56,4 @@ StageMaker heating(Heating power, double capacity) {
   };
 }
 
-}  // namespace world
-}  // namespace pellicle
+}  // namespace pellicle::world

@@ -6,8 +6,7 @@
 
 #include "world/stage.h"
 
-namespace pellicle {
-inline namespace world {
+namespace pellicle::world {
 
 /// Makes a stage of a program of one's own (Object::add_stage), now and whenever the surface has been numbered anew.
 /// Surface and state outlive the stage.
@@ -26,5 +25,4 @@ StageMaker accelerating(Acceleration acceleration);
 /// @param capacity c of the object, HeatOptions::capacity [J/(kg K)] @throws Error if the object has no temperatures
 StageMaker heating(Heating power, double capacity);
 
-}  // namespace world
-}  // namespace pellicle
+}  // namespace pellicle::world

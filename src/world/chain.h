@@ -18,8 +18,7 @@
 #include "world/stage.h"
 #include "world/state.h"
 
-namespace pellicle {
-inline namespace world {
+namespace pellicle::world {
 
 /// A surface that was made from another one, with the data of its local particles and elements, ghosts up to date.
 struct MovedSurface {
@@ -111,5 +110,4 @@ inline std::unique_ptr<Chain> make_chain(const Options& options) {
   return options.chain == ChainKind::inflate ? make_wall_chain(options) : make_sheet_chain(options);
 }
 
-}  // namespace world
-}  // namespace pellicle
+}  // namespace pellicle::world

@@ -4,8 +4,7 @@
 
 #include "options/options.h"
 
-namespace pellicle {
-inline namespace world {
+namespace pellicle::world {
 
 double CheckpointOptions::wall_interval(double elapsed, bool is_first) const {
   return interval_wall.value_or(is_first ? 30 : std::max(180.0, elapsed / 20));
@@ -23,5 +22,4 @@ void describe(OptionTable& table, CheckpointOptions& options) {
             "it; 0: none");
 }
 
-}  // namespace world
-}  // namespace pellicle
+}  // namespace pellicle::world

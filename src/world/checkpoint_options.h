@@ -2,11 +2,13 @@
 
 #include <optional>
 
-namespace pellicle {
-inline namespace options {
+#include "base/namespaces.h"
+
+namespace pellicle::options {
 class OptionTable;
-}  // namespace options
-inline namespace world {
+}  // namespace pellicle::options
+
+namespace pellicle::world {
 
 /// When the state of a run is kept.
 struct CheckpointOptions {
@@ -25,5 +27,4 @@ struct CheckpointOptions {
 /// Declares the options `checkpoint.*`.
 void describe(OptionTable& table, CheckpointOptions& options);
 
-}  // namespace world
-}  // namespace pellicle
+}  // namespace pellicle::world

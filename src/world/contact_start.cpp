@@ -16,8 +16,7 @@
 #include "contact/untangle.h"
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace world {
+namespace pellicle::world {
 
 namespace {
 
@@ -254,5 +253,4 @@ void refuse_start_in_bodies(Object& object) {
   }
 }
 
-}  // namespace world
-}  // namespace pellicle
+}  // namespace pellicle::world

@@ -6,8 +6,7 @@
 #include "contact/contact_options.h"
 #include "world/object.h"
 
-namespace pellicle {
-inline namespace world {
+namespace pellicle::world {
 
 /// Counts crossings and acts as `contact.start` says: only counts, or refuses surfaces that pass through themselves or
 /// each other, or moves them until they do not (contact/untangle.h), and then apart until they hardly press.
@@ -19,5 +18,4 @@ std::string settle_start(const ContactOptions& options, const std::vector<Object
 /// Refuses an object that starts inside a body. Collective. @throws Error that names particle or triangle, and body
 void refuse_start_in_bodies(Object& object);
 
-}  // namespace world
-}  // namespace pellicle
+}  // namespace pellicle::world

@@ -7,8 +7,7 @@
 #include "combustion/fire_front.h"
 #include "io/console.h"
 
-namespace pellicle {
-inline namespace world {
+namespace pellicle::world {
 
 namespace {
 
@@ -72,5 +71,4 @@ std::vector<std::string> fire_remarks(const Options& options, const FireRecord& 
   return {};
 }
 
-}  // namespace world
-}  // namespace pellicle
+}  // namespace pellicle::world

@@ -6,8 +6,7 @@
 
 #include "world/options.h"
 
-namespace pellicle {
-inline namespace world {
+namespace pellicle::world {
 
 /// The course of a fire so far, from which remarks at the end of a run are made.
 struct FireRecord {
@@ -33,5 +32,4 @@ std::vector<std::string> front_remarks(const Options& options, double mean_side)
 /// A line if the fire has gone out before the end of a run, or nothing has caught fire.
 std::vector<std::string> fire_remarks(const Options& options, const FireRecord& record);
 
-}  // namespace world
-}  // namespace pellicle
+}  // namespace pellicle::world

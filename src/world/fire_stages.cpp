@@ -18,8 +18,7 @@
 #include "parallel/collective.h"
 #include "world/fire_remarks.h"
 
-namespace pellicle {
-inline namespace world {
+namespace pellicle::world {
 
 namespace {
 
@@ -287,5 +286,4 @@ std::vector<std::string> HeatBalanceStage::remarks() const {
   return fire_remarks(options_, FireRecord(fields_.fire_record));
 }
 
-}  // namespace world
-}  // namespace pellicle
+}  // namespace pellicle::world

@@ -14,8 +14,7 @@
 #include "world/stage.h"
 #include "world/state.h"
 
-namespace pellicle {
-inline namespace world {
+namespace pellicle::world {
 
 /// A stage that heats, burns, cuts or cracks a surface, of a sheet or of a wall.
 class FireStage : public Stage {
@@ -119,5 +118,4 @@ class HeatBalanceStage : public FireStage {
   mutable std::vector<double> level_;  ///< see level_set; kept so that a step allocates nothing
 };
 
-}  // namespace world
-}  // namespace pellicle
+}  // namespace pellicle::world

@@ -13,8 +13,7 @@
 #include "parallel/collective.h"
 #include "surface/split_corners.h"
 
-namespace pellicle {
-inline namespace world {
+namespace pellicle::world {
 
 namespace {
 
@@ -349,5 +348,4 @@ std::string GasStage::torn_wall() const {
                      chambers_.name(static_cast<int>(chamber)), static_cast<int>(id), shown(x), shown(y), shown(z));
 }
 
-}  // namespace world
-}  // namespace pellicle
+}  // namespace pellicle::world

@@ -10,8 +10,7 @@
 #include "world/stage.h"
 #include "world/state.h"
 
-namespace pellicle {
-inline namespace world {
+namespace pellicle::world {
 
 /// The gas in the chambers of an object: mass and heat that it exchanges through links, holes and walls in a step, and
 /// the forces of its weight. Its pressure acts in the balance of the motion (GasFilled).
@@ -77,5 +76,4 @@ class GasStage : public Stage {
   std::vector<bool> opened_;  ///< which chambers were open at the beginning of the step
 };
 
-}  // namespace world
-}  // namespace pellicle
+}  // namespace pellicle::world

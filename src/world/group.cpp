@@ -8,8 +8,7 @@
 #include "contact/crossings.h"
 #include "world/contact_start.h"
 
-namespace pellicle {
-inline namespace world {
+namespace pellicle::world {
 
 Group::Group(GroupPlan plan, std::vector<Object*> objects)
     : plan_(std::move(plan)),
@@ -203,5 +202,4 @@ Report Group::report() const {
   return report;
 }
 
-}  // namespace world
-}  // namespace pellicle
+}  // namespace pellicle::world

@@ -11,8 +11,7 @@
 #include "world/run_plan.h"
 #include "world/stage.h"
 
-namespace pellicle {
-inline namespace world {
+namespace pellicle::world {
 
 /// The objects of a GroupPlan, which step together. All calls are collective.
 class Group {
@@ -49,5 +48,4 @@ class Group {
   EquilibriumResult last_;
 };
 
-}  // namespace world
-}  // namespace pellicle
+}  // namespace pellicle::world

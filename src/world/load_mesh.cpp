@@ -11,8 +11,7 @@
 #include "state/hdf5_file.h"
 #include "state/mesh_tables.h"
 
-namespace pellicle {
-inline namespace world {
+namespace pellicle::world {
 
 namespace {
 
@@ -168,5 +167,4 @@ std::string partition_line(const Surface& points) {
                      static_cast<int>(points.partition.edge_cut), points.partition.imbalance);
 }
 
-}  // namespace world
-}  // namespace pellicle
+}  // namespace pellicle::world

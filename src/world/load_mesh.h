@@ -9,8 +9,7 @@
 #include "surface/surface.h"
 #include "world/options.h"
 
-namespace pellicle {
-inline namespace world {
+namespace pellicle::world {
 
 /// A mesh as rows, and the lines that describe it.
 struct LoadedMesh {
@@ -34,5 +33,4 @@ inline constexpr const char* mesh_file_group = "mesh";
 /// "ranks: 4; partition: edge cut 83, imbalance 1.010"
 std::string partition_line(const Surface& points);
 
-}  // namespace world
-}  // namespace pellicle
+}  // namespace pellicle::world

@@ -15,8 +15,7 @@
 #include "world/load_mesh.h"
 #include "world/state_checks.h"
 
-namespace pellicle {
-inline namespace world {
+namespace pellicle::world {
 
 namespace {
 
@@ -353,5 +352,4 @@ void Object::save(Hdf5File& checkpoint) const {
                {particles.begin(), particles.begin() + surface_->particles.owned}, elements);
 }
 
-}  // namespace world
-}  // namespace pellicle
+}  // namespace pellicle::world

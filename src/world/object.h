@@ -21,8 +21,7 @@
 #include "world/stage.h"
 #include "world/state.h"
 
-namespace pellicle {
-inline namespace world {
+namespace pellicle::world {
 
 /// A line about an event in the course of an object.
 struct News {
@@ -140,5 +139,4 @@ class Object {
   std::vector<News> news_;
 };
 
-}  // namespace world
-}  // namespace pellicle
+}  // namespace pellicle::world

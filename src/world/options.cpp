@@ -8,8 +8,7 @@
 #include "options/object_tables.h"
 #include "options/options.h"
 
-namespace pellicle {
-inline namespace world {
+namespace pellicle::world {
 
 void describe(OptionTable& table, TimeOptions& options) {
   table.add("time.step", options.step, Rules("s").more_than(0), "time step h", "burning paper, Table 2");
@@ -70,6 +69,15 @@ TimeIntegrator integrator_of(const TimeOptions& time) {
     default:
       return {};
   }
+}
+
+ElasticOptions elastic_options(const Options& options) {
+  ElasticOptions elastic = options.elastic;
+  const bool is_undamped = options.time.scheme == TimeScheme::generalized_alpha;
+  elastic.snes_rtol = elastic.newton_tolerance.value_or(is_undamped ? 1e-4 : elastic.snes_rtol);
+  elastic.strain_limit = options.project.strain_limit;
+  elastic.usual_h = options.time.step;
+  return elastic;
 }
 
 SheetOptions shell_options(const Options& options) {
@@ -409,5 +417,4 @@ ObjectOptions::ObjectOptions(std::string object) : NamedOptions(std::move(object
   name_solvers(options, object_prefix(name));
 }
 
-}  // namespace world
-}  // namespace pellicle
+}  // namespace pellicle::world

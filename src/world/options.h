@@ -30,8 +30,7 @@
 #include "surface/sheet_options.h"
 #include "world/checkpoint_options.h"
 
-namespace pellicle {
-inline namespace world {
+namespace pellicle::world {
 
 /// The clock of a run.
 struct TimeOptions {
@@ -128,6 +127,8 @@ struct ObjectOptions : NamedOptions {
 bool follows_path(const TimeOptions& time);
 /// The time integrator of walls, and of sheets that are brought into balance.
 TimeIntegrator integrator_of(const TimeOptions& time);
+/// How the steps of an elastic sheet are brought into balance, and the contact of a projected one.
+ElasticOptions elastic_options(const Options& options);
 /// How the mesh of a sheet becomes a shell: the lattice points of a sheet as a material lie in its surface.
 SheetOptions shell_options(const Options& options);
 /// Rate at which the velocities of a sheet fade [1/s]: `force.damping`, or the default of its dynamics.
@@ -149,5 +150,4 @@ bool gas_pushes_unevenly(const Options& options);
 /// The gravity that gives gas its weight: 0 without gas.buoyancy [m/s^2].
 Eigen::Vector3d gravity_of_gas(const Options& options);
 
-}  // namespace world
-}  // namespace pellicle
+}  // namespace pellicle::world

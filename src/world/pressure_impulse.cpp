@@ -2,8 +2,7 @@
 
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace world {
+namespace pellicle::world {
 
 PressureImpulse::PressureImpulse(GasCoupling& gas, const Sheet& sheet, const Field& free,
                                  const std::vector<double>& mass, const std::vector<bool>& constrained, double h)
@@ -62,5 +61,4 @@ bool PressureImpulse::fix(const Field& end) {
   return has_moved;
 }
 
-}  // namespace world
-}  // namespace pellicle
+}  // namespace pellicle::world

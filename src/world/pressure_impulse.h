@@ -8,8 +8,7 @@
 #include "parallel/field.h"
 #include "surface/sheet.h"
 
-namespace pellicle {
-inline namespace world {
+namespace pellicle::world {
 
 /// The gas in a sheet that PressureImpulse moves, its own or one with that in chambers of other objects.
 class GasCoupling : public GasFilled {
@@ -83,5 +82,4 @@ class PressureImpulse {
   Field velocity_;
 };
 
-}  // namespace world
-}  // namespace pellicle
+}  // namespace pellicle::world

@@ -17,8 +17,7 @@
 #include "world/pressure_impulse.h"
 #include "world/sheet_motion.h"
 
-namespace pellicle {
-inline namespace world {
+namespace pellicle::world {
 
 namespace {
 
@@ -126,7 +125,7 @@ ProjectedMotion::ProjectedMotion(const Sheet& sheet, const Options& options, Sta
     require_threshold(sheet, options.project);
   }
   if (options.contact.self) {
-    masses_.emplace(sheet, pins_.pinned(), options.elastic.snes_rtol, options.time.step,
+    masses_.emplace(sheet, pins_.pinned(), elastic_options(options).snes_rtol, options.time.step,
                     present({body_contact_.get()}));
   }
   if (gas != nullptr) {
@@ -322,5 +321,4 @@ std::unique_ptr<SheetMotion> make_projected_motion(const Sheet& sheet, const Opt
   return std::make_unique<ProjectedMotion>(sheet, options, state, clock, textures, gas);
 }
 
-}  // namespace world
-}  // namespace pellicle
+}  // namespace pellicle::world

@@ -9,8 +9,7 @@
 
 #include "base/units.h"
 
-namespace pellicle {
-inline namespace world {
+namespace pellicle::world {
 
 namespace {
 
@@ -49,7 +48,7 @@ NewtonOptions newton_of(const Options& options) {
   if (options.chain == ChainKind::inflate) {
     return options.prism;
   }
-  NewtonOptions newton = options.elastic;
+  NewtonOptions newton = elastic_options(options);
   if (options.dynamics == Dynamics::spring) {
     newton = options.spring;
   } else if (options.dynamics == Dynamics::projection) {  // The contact of a sheet that has been projected.
@@ -258,5 +257,4 @@ void share_links(std::deque<NamedOptions>& objects) {
   }
 }
 
-}  // namespace world
-}  // namespace pellicle
+}  // namespace pellicle::world

@@ -10,8 +10,7 @@
 #include "energies/newton_options.h"
 #include "world/options.h"
 
-namespace pellicle {
-inline namespace world {
+namespace pellicle::world {
 
 /// The plan of a group: the objects of a run that are brought into balance together, because they touch each other or
 /// their chambers are linked, and how that is done. An object that does neither is a group of its own.
@@ -75,5 +74,4 @@ auto about_object(const std::string& object, const Work& work) {
   }
 }
 
-}  // namespace world
-}  // namespace pellicle
+}  // namespace pellicle::world

@@ -15,8 +15,7 @@
 #include "world/load_mesh.h"
 #include "world/sheet_motion.h"
 
-namespace pellicle {
-inline namespace world {
+namespace pellicle::world {
 
 namespace {
 
@@ -160,5 +159,4 @@ class SheetChain : public Chain {
 
 std::unique_ptr<Chain> make_sheet_chain(const Options& options) { return std::make_unique<SheetChain>(options); }
 
-}  // namespace world
-}  // namespace pellicle
+}  // namespace pellicle::world

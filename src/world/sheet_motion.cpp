@@ -14,8 +14,7 @@
 #include "parallel/collective.h"
 #include "surface/one_layer.h"
 
-namespace pellicle {
-inline namespace world {
+namespace pellicle::world {
 
 namespace {
 
@@ -446,5 +445,4 @@ std::unique_ptr<SheetMotion> make_sheet_motion(const Sheet& sheet, const Options
   return make(sheet, options, state, clock, textures, gas);
 }
 
-}  // namespace world
-}  // namespace pellicle
+}  // namespace pellicle::world

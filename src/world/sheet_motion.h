@@ -12,8 +12,7 @@
 #include "surface/weave_strain.h"
 #include "world/surface_motion.h"
 
-namespace pellicle {
-inline namespace world {
+namespace pellicle::world {
 
 /// The motion of a sheet in a step of implicit Euler: external force (burning paper, eq. 8 and 9), then springs, bodies
 /// and gas by a balance or a projection, then velocities (eq. 13 and 15). Masses and target lengths follow the
@@ -148,5 +147,4 @@ std::unique_ptr<SheetMotion> make_spring_motion(const Sheet& sheet, const Option
 std::unique_ptr<SheetMotion> make_sheet_motion(const Sheet& sheet, const Options& options, State& state,
                                                StageClock& clock, Textures& textures, GasStage* gas);
 
-}  // namespace world
-}  // namespace pellicle
+}  // namespace pellicle::world

@@ -18,8 +18,7 @@
 #include "parallel/collective.h"
 #include "world/sheet_motion.h"
 
-namespace pellicle {
-inline namespace world {
+namespace pellicle::world {
 
 namespace {
 
@@ -349,15 +348,12 @@ ElasticMotion::ElasticMotion(const Sheet& sheet, const Options& options, State& 
   const auto factors = [&](const char* key, const std::string& file) {
     return textures.values(sheet.uv, key, file, material.stiffness_range);
   };
-  ElasticOptions elastic = options.elastic;
-  elastic.strain_limit = options.project.strain_limit;
-  elastic.usual_h = options.time.step;
   set_springs(
       std::make_unique<ElasticSheet>(sheet, material, options.sheet.thickness,
                                      MaterialFactors{factors("sheet.tensile_texture", material.tensile_texture),
                                                      factors("sheet.shear_texture", material.shear_texture),
                                                      factors("sheet.bending_texture", material.bending_texture)},
-                                     pins_.pinned(), pins_.clamped(), elastic, others()));
+                                     pins_.pinned(), pins_.clamped(), elastic_options(options), others()));
   largest_excess_ = springs_->largest_excess();
 }
 
@@ -408,5 +404,4 @@ std::unique_ptr<SheetMotion> make_spring_motion(const Sheet& sheet, const Option
   return std::make_unique<ElasticMotion>(sheet, options, state, clock, textures, gas);
 }
 
-}  // namespace world
-}  // namespace pellicle
+}  // namespace pellicle::world

@@ -5,8 +5,7 @@
 
 #include "ablation/cut_surface.h"
 
-namespace pellicle {
-inline namespace world {
+namespace pellicle::world {
 
 double Report::at(const std::string& name) const {
   const auto found = std::find_if(columns_.begin(), columns_.end(),
@@ -41,5 +40,4 @@ const Frame& Picture::frame(const Surface& surface, const State& state, std::opt
   return frame_;
 }
 
-}  // namespace world
-}  // namespace pellicle
+}  // namespace pellicle::world

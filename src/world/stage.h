@@ -16,8 +16,7 @@
 #include "surface/weave_strain.h"
 #include "world/state.h"
 
-namespace pellicle {
-inline namespace world {
+namespace pellicle::world {
 
 /// Mass, heat and temperature of a surface that burns, of all ranks.
 struct FireFigures {
@@ -171,5 +170,4 @@ class MotionStage : public Stage, public Motion {
   virtual std::string progress(const Step& step) const = 0;
 };
 
-}  // namespace world
-}  // namespace pellicle
+}  // namespace pellicle::world

@@ -5,8 +5,7 @@
 
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace world {
+namespace pellicle::world {
 
 namespace {
 
@@ -95,5 +94,4 @@ Records packed(const FieldRegistry& state, Item item, PetscInt owned) {
   return records;
 }
 
-}  // namespace world
-}  // namespace pellicle
+}  // namespace pellicle::world

@@ -12,8 +12,7 @@
 #include "world/burning_fields.h"
 #include "world/options.h"
 
-namespace pellicle {
-inline namespace world {
+namespace pellicle::world {
 
 /// The causes of work on an object, besides contact (ContactWork): entries of State::work. The work of a step is that
 /// of the forces with which the step is in balance over its displacements. With steps of implicit Euler kinetic and
@@ -104,5 +103,4 @@ double kinetic_energy(const Surface& surface, const double* mass, const Field& v
 /// The records of the owned items of a state, on the way to the same object on a new surface.
 Records packed(const FieldRegistry& state, Item item, PetscInt owned);
 
-}  // namespace world
-}  // namespace pellicle
+}  // namespace pellicle::world

@@ -13,8 +13,7 @@
 #include "geometry/pi.h"
 #include "parallel/collective.h"
 
-namespace pellicle {
-inline namespace world {
+namespace pellicle::world {
 
 namespace {
 
@@ -121,5 +120,4 @@ bool make_finite(MPI_Comm comm, const FieldRegistry& state) {
   return on_any_rank(comm, found);
 }
 
-}  // namespace world
-}  // namespace pellicle
+}  // namespace pellicle::world

@@ -8,8 +8,7 @@
 #include "world/options.h"
 #include "world/state.h"
 
-namespace pellicle {
-inline namespace world {
+namespace pellicle::world {
 
 /// Tells in words of something that would move, or turn, so far in the next step that neither contact nor a balance of
 /// forces could follow: a vertex by its velocity, gravity or the wind, or pins and bodies that a deck leads along a
@@ -26,5 +25,4 @@ std::string non_finite(MPI_Comm comm, const FieldRegistry& state);
 /// any
 bool make_finite(MPI_Comm comm, const FieldRegistry& state);
 
-}  // namespace world
-}  // namespace pellicle
+}  // namespace pellicle::world

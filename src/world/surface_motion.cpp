@@ -4,8 +4,7 @@
 #include <iterator>
 #include <utility>
 
-namespace pellicle {
-inline namespace world {
+namespace pellicle::world {
 
 SurfaceMotion::SurfaceMotion(const Surface& surface, const Options& options, State& state, StageClock& clock,
                              GasStage* gas, const TimeIntegrator& integrator)
@@ -139,5 +138,4 @@ std::vector<Potential*> SurfaceMotion::present(const std::vector<Potential*>& po
   return present;
 }
 
-}  // namespace world
-}  // namespace pellicle
+}  // namespace pellicle::world

@@ -16,8 +16,7 @@
 #include "world/stage.h"
 #include "world/state.h"
 
-namespace pellicle {
-inline namespace world {
+namespace pellicle::world {
 
 /// The common part of the motions of sheets and of walls: the step in progress, the drag of the air, and the parts
 /// that are brought into balance.
@@ -84,5 +83,4 @@ class SurfaceMotion : public MotionStage {
   const Surface& surface_;
 };
 
-}  // namespace world
-}  // namespace pellicle
+}  // namespace pellicle::world

@@ -12,8 +12,7 @@
 #include "world/load_mesh.h"
 #include "world/wall_motion.h"
 
-namespace pellicle {
-inline namespace world {
+namespace pellicle::world {
 
 namespace {
 
@@ -122,5 +121,4 @@ class WallChain : public Chain {
 
 std::unique_ptr<Chain> make_wall_chain(const Options& options) { return std::make_unique<WallChain>(options); }
 
-}  // namespace world
-}  // namespace pellicle
+}  // namespace pellicle::world

@@ -14,8 +14,7 @@
 #include "parallel/collective.h"
 #include "surface/membrane.h"
 
-namespace pellicle {
-inline namespace world {
+namespace pellicle::world {
 
 namespace {
 
@@ -384,5 +383,4 @@ std::vector<std::string> WallMotion::remarks() const {
   return lines;
 }
 
-}  // namespace world
-}  // namespace pellicle
+}  // namespace pellicle::world

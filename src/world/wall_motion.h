@@ -14,8 +14,7 @@
 #include "prism/wall_bending.h"
 #include "world/surface_motion.h"
 
-namespace pellicle {
-inline namespace world {
+namespace pellicle::world {
 
 /// The wall of a membrane. @throws Error on bad materials, textures and regions. Collective.
 Wall wall_of(const Membrane& membrane, const Options& options, Textures& textures);
@@ -75,5 +74,4 @@ class WallMotion : public SurfaceMotion {
   std::vector<Eigen::Matrix3d> stress_;
 };
 
-}  // namespace world
-}  // namespace pellicle
+}  // namespace pellicle::world

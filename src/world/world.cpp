@@ -6,8 +6,7 @@
 
 #include "world/load_mesh.h"
 
-namespace pellicle {
-inline namespace world {
+namespace pellicle::world {
 
 namespace {
 
@@ -174,5 +173,4 @@ void World::save(Hdf5File& checkpoint) const {
   }
 }
 
-}  // namespace world
-}  // namespace pellicle
+}  // namespace pellicle::world

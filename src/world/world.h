@@ -12,8 +12,7 @@
 #include "world/object.h"
 #include "world/run_plan.h"
 
-namespace pellicle {
-inline namespace world {
+namespace pellicle::world {
 
 /// Objects with a common clock, which step together: either all of them accept a step, or none does. A world writes
 /// nothing. All calls are collective over the communicator of the objects.
@@ -70,5 +69,4 @@ class World {
   std::vector<std::unique_ptr<Group>> groups_;
 };
 
-}  // namespace world
-}  // namespace pellicle
+}  // namespace pellicle::world

@@ -33,7 +33,7 @@ Options in_still_air() {
 TEST(Air, FlatSheetFallsAtItsTerminalSpeedWhateverTheStep) {
   for (const double h : {2e-3, 0.1}) {
     Options options = in_still_air();
-    options.elastic.snes_rtol = 1e-10;
+    options.elastic.newton_tolerance = 1e-10;
     FlyingSheet sheet(options);
     sheet.go(h < 0.01 ? 500 : 12, h);
     const double expected = std::sqrt(2 * 0.08 * 9.81 / (1.2 * 1.17));

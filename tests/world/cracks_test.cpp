@@ -36,7 +36,7 @@ Options pulled_strip() {
   options.material.shear_stiffness = 0.375 * stiffness;
   options.material.bending_stiffness = 1e-3;
   options.material.damping = viscous_time;
-  options.elastic.snes_rtol = 1e-4;
+  options.elastic.newton_tolerance = 1e-4;
   options.force.gravity = {0, 0, 0};
   options.force.damping = 0;
   options.ablation.strength = strength;

@@ -38,7 +38,7 @@ Options damped(const std::string& dynamics, double rate_times_step) {
   options.force.damping = rate_times_step / options.time.step;
   options.sheet.areal_density = 1;
   options.material.damping = 0.1;
-  options.elastic.snes_rtol = 1e-8;
+  options.elastic.newton_tolerance = 1e-8;
   options.spring.damping = 0.1;
   options.spring.newton_tolerance = 1e-8;
   options.heat.diffusivity = 0;

@@ -58,7 +58,7 @@ void make_bag(Options& options, GasLaw law = GasLaw::adiabatic) {
   options.chain = ChainKind::burn;
   options.sheet.thickness = 2e-3;
   options.sheet.areal_density = 0.05;
-  options.elastic.snes_rtol = 1e-9;
+  options.elastic.newton_tolerance = 1e-9;
   options.chambers["air"].law = law;
 }
 

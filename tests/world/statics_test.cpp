@@ -207,7 +207,7 @@ TEST(SheetAtRest, HangsByItsWeight) {
     options.sheet.areal_density = 1;
     options.material.tensile_stiffness = tensile;
     options.material.bending_stiffness = 0.1;
-    options.elastic.snes_rtol = 1e-8;
+    options.elastic.newton_tolerance = 1e-8;
     const SurfaceMesh mesh = grid_mesh(cells, cells / 5, 1.0 / cells);
     for (std::size_t point = 0; point < mesh.points.size(); ++point) {
       if (mesh.points[point].x() < 1e-9) {
@@ -248,7 +248,7 @@ TEST(SheetAtRest, FollowsASphereOfSpringsBeyondItsHighestPressure) {
     options.sheet.thickness = 0;  // The springs lie in the surface.
     options.material.tensile_stiffness = 100;
     options.material.bending_stiffness = 1e-6;
-    options.elastic.snes_rtol = 1e-8;
+    options.elastic.newton_tolerance = 1e-8;
     options.spring.snes_rtol = 1e-8;
     options.chambers["gas"].law = "pressure";
     options.chambers["gas"].pressure = {{-1, -1e4}, {1, 1e4}};
@@ -285,7 +285,7 @@ TEST(SheetAtRest, IsDrawnOutByPinsWhoseTimeFollows) {
   options.time.scheme = TimeScheme::statics;
   options.time.arc_length = 1e-3;
   options.force.gravity.setZero();
-  options.elastic.snes_rtol = 1e-10;
+  options.elastic.newton_tolerance = 1e-10;
   const SurfaceMesh mesh = grid_mesh(10, 1, 0.1);
   for (std::size_t point = 0; point < mesh.points.size(); ++point) {
     const double x = mesh.points[point].x();

@@ -104,7 +104,7 @@ TEST_P(TogetherByDynamics, ASheetThatHitsABalloonGivesItItsMomentum) {
   sheet.dynamics = GetParam();
   sheet.force.damping = 0;
   sheet.sheet.thickness = 2e-3;
-  sheet.elastic.snes_rtol = 1e-6;
+  sheet.elastic.newton_tolerance = 1e-6;
   make_touching(sheet, folder / "out");
   Options& balloon = objects.emplace_back("balloon").options;
   make_balloon(balloon);
@@ -191,7 +191,7 @@ TEST_P(TogetherByDynamics, TheFloorBearsTheWeightOfAll) {
     options.force.gravity = {0, 0, -g};
     options.force.damping = 5;
     options.sheet.thickness = 5e-3;
-    options.elastic.snes_rtol = 1e-6;
+    options.elastic.newton_tolerance = 1e-6;
   }
   objects.back().options.dynamics = GetParam();
   Scene scene(std::move(objects),
@@ -237,7 +237,7 @@ TEST_P(TogetherByDynamics, ASheetOnASlopeSticksAndSlides) {
       options.force.gravity = Eigen::Vector3d(std::sin(slope), 0, -std::cos(slope)) * g;
       options.force.damping = 0;
       options.sheet.thickness = 4e-3;
-      options.elastic.snes_rtol = 1e-4;
+      options.elastic.newton_tolerance = 1e-4;
     }
     objects.front().options.pins["all"].box = {-1, -1, -1, 1, 1, 1};
     objects.back().options.dynamics = GetParam();
@@ -275,7 +275,7 @@ Scene lantern_and_cloth(const TestFolder& folder, const std::string& name, doubl
     options.dynamics = Dynamics::elastic;
     options.sheet.thickness = 2e-3;
     options.sheet.areal_density = 0.2;
-    options.elastic.snes_rtol = 1e-6;
+    options.elastic.newton_tolerance = 1e-6;
   }
   ChamberOptions& gas = objects.front().options.chambers["gas"];
   gas.law = "isothermal";

@@ -45,7 +45,7 @@ Closure led_sheet(const std::string& dynamics, bool has_floor, double h) {
   options.time.step = h;
   options.force.damping = 2;
   options.material.damping = 5e-3;
-  options.elastic.snes_rtol = 1e-8;
+  options.elastic.newton_tolerance = 1e-8;
   options.spring.damping = 5e-3;
   options.spring.newton_tolerance = 1e-8;
   options.force.air.density = 1.2;
