@@ -1,19 +1,21 @@
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <csignal>
 #include <cstdint>
+#include <cstdio>
 #include <cstring>
 #include <exception>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <new>
 #include <stdexcept>
 #include <vector>
@@ -26,96 +28,63 @@ namespace pellicle::meshing {
 
 namespace {
 
-/// Packs values one after the other: numbers and vectors as they are in memory, lists and texts behind their size.
-class Packer {
+/// The way of a mesh from the child to the parent: the child puts it into a file and the parent takes it out, by the
+/// same calls. Numbers and vectors stand there as they are in memory, lists and texts behind their size.
+class Passage {
  public:
-  template <class Value>
-  void put(const Value& value) {
-    bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
-  }
-  template <class Item>
-  void put(const std::vector<Item>& items) {
-    put(items.size());
-    for (const Item& item : items) {
-      put(item);
-    }
-  }
-  void put(const std::string& text) {
-    put(text.size());
-    bytes += text;
-  }
-  std::string bytes;
-};
+  /// @param bytes in the file, which are taken; 0: it is new, and what is passed is put into it
+  Passage(std::FILE* file, std::size_t bytes) : file_(file), bytes_(bytes) {}
 
-class Unpacker {
- public:
-  explicit Unpacker(const std::string& bytes) : bytes_(bytes) {}
-  bool at_end() const { return at_ == bytes_.size(); }
   template <class Value>
-  void take(Value& value) {
-    take_bytes(reinterpret_cast<char*>(&value), sizeof value);
+  void pass(Value& value) {
+    pass_bytes(&value, sizeof value);
   }
   template <class Item>
-  void take(std::vector<Item>& items) {
-    items.resize(size());
+  void pass(std::vector<Item>& items) {
+    pass_size(items);
     for (Item& item : items) {
-      take(item);
+      pass(item);
     }
   }
-  void take(std::string& text) {
-    text.resize(size());
-    take_bytes(text.data(), text.size());
+  void pass(std::string& text) {
+    pass_size(text);
+    pass_bytes(text.data(), text.size());
   }
 
  private:
-  std::size_t size() {
-    std::size_t size = 0;
-    take(size);
-    return std::min(size, bytes_.size());
+  template <class List>
+  void pass_size(List& list) {
+    std::size_t size = list.size();
+    pass(size);
+    list.resize(bytes_ > 0 ? std::min(size, bytes_) : size);
   }
-  void take_bytes(char* target, std::size_t size) {
-    if (size > bytes_.size() - at_) {
+  void pass_bytes(void* data, std::size_t size) {
+    if (bytes_ == 0) {
+      std::fwrite(data, 1, size, file_);  // The file keeps in mind whether that fails.
+    } else if (std::fread(data, 1, size, file_) != size) {
       throw std::length_error("a child's answer ends too early");
     }
-    at_ += bytes_.copy(target, size, at_);
   }
-  const std::string& bytes_;
-  std::size_t at_ = 0;
+
+  std::FILE* file_;
+  std::size_t bytes_;
 };
 
-/// The child's answer: the message of an error, or none and the mesh.
-std::string packed(const std::string& fault, const SurfaceMesh& mesh = {}) {
-  Packer packer;
-  packer.put(fault);
-  packer.put(mesh.points);
-  packer.put(mesh.faces);
-  packer.put(mesh.uv);
-  packer.put(mesh.remarks);
-  for (const auto& [name, values] : mesh.face_fields) {
-    packer.put(name);
-    packer.put(values);
+/// Passes the child's answer: the message of an error, or none and the mesh.
+void pass_answer(Passage passage, std::string& fault, SurfaceMesh& mesh) {
+  passage.pass(fault);
+  passage.pass(mesh.points);
+  passage.pass(mesh.faces);
+  passage.pass(mesh.uv);
+  passage.pass(mesh.remarks);
+  std::vector<std::string> names;
+  for (const auto& field : mesh.face_fields) {
+    names.push_back(field.first);
   }
-  return std::move(packer.bytes);
-}
-
-/// @throws Error if the answer is one
-SurfaceMesh unpacked(const std::string& answer) {
-  Unpacker unpacker(answer);
-  std::string fault;
-  unpacker.take(fault);
-  if (!fault.empty()) {
-    throw Error(fault);
+  passage.pass(names);
+  for (const std::string& name : names) {
+    passage.pass(mesh.face_fields[name]);
   }
-  SurfaceMesh mesh;
-  unpacker.take(mesh.points);
-  unpacker.take(mesh.faces);
-  unpacker.take(mesh.uv);
-  unpacker.take(mesh.remarks);
-  for (std::string name; !unpacker.at_end();) {
-    unpacker.take(name);
-    unpacker.take(mesh.face_fields[name]);
-  }
-  return mesh;
 }
 
 /// Separates the child from the run of which it is a copy: it has no signal handlers and no output, and
@@ -144,78 +113,62 @@ void prepare_child(const std::string& path) {
   limit(RLIMIT_AS, static_cast<rlim_t>(pages * static_cast<double>(sysconf(_SC_PAGESIZE)) + more));
 }
 
-/// Reads the mesh in the child process. @returns the packed mesh, or the packed message of the error
-std::string answer(const std::string& path, const std::function<SurfaceMesh()>& read) {
+/// Reads the mesh in the child process and puts it, or the message of the error, into a file. @returns whether all of
+/// it is there
+bool put_answer(const std::string& path, const std::function<SurfaceMesh()>& read, std::FILE* file) {
+  std::string fault;
+  SurfaceMesh mesh;
   try {
-    return packed("", read());
+    mesh = read();
   } catch (const Error& failure) {
-    return packed(failure.what());
+    fault = failure.what();
   } catch (const std::bad_alloc&) {
-    return packed(
-        path +
-        ": reading it takes more memory than there is, or than a file of its size should, expected a sound file");
+    fault =
+        path + ": reading it takes more memory than there is, or than a file of its size should, expected a sound file";
   } catch (const std::exception& failure) {
-    return packed(path + ": cannot be read: " + failure.what());
+    fault = path + ": cannot be read: " + failure.what();
   }
-}
-
-/// Reads until the other end is closed.
-std::string read_all(int pipe) {
-  std::string content;
-  std::array<char, 65536> buffer{};
-  for (;;) {
-    const ssize_t count = read(pipe, buffer.data(), buffer.size());
-    if (count > 0) {
-      content.append(buffer.data(), static_cast<std::size_t>(count));
-    } else if (count == 0 || errno != EINTR) {
-      return content;
-    }
-  }
-}
-
-bool write_all(int pipe, const std::string& content) {
-  for (std::size_t written = 0; written < content.size();) {
-    const ssize_t count = write(pipe, content.data() + written, content.size() - written);
-    if (count < 0 && errno != EINTR) {
-      return false;
-    }
-    written += count > 0 ? static_cast<std::size_t>(count) : 0;
-  }
-  return true;
+  pass_answer({file, 0}, fault, mesh);
+  return std::fflush(file) == 0 && std::ferror(file) == 0;
 }
 
 }  // namespace
 
 SurfaceMesh read_in_child(const std::string& path, const std::function<SurfaceMesh()>& read) {
-  std::array<int, 2> ends{};
-  if (pipe2(ends.data(), O_CLOEXEC) != 0) {
+  const int memory = memfd_create("mesh", MFD_CLOEXEC);
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(memory < 0 ? nullptr : fdopen(memory, "w+"), std::fclose);
+  if (file == nullptr) {
     throw Error(path + ": cannot be read: " + std::strerror(errno));
   }
   const pid_t child = fork();
   if (child == 0) {
     prepare_child(path);
     // Nothing of the run is torn down in the child: no destructor of a static object, no handler of atexit.
-    _exit(write_all(ends[1], answer(path, read)) ? 0 : 1);
+    _exit(put_answer(path, read, file.get()) ? 0 : 1);
   }
-  const int failure = errno;
-  close(ends[1]);
   if (child < 0) {
-    close(ends[0]);
-    throw Error(path + ": cannot be read: no process for its reader: " + std::strerror(failure));
+    throw Error(path + ": cannot be read: no process for its reader: " + std::strerror(errno));
   }
-  const std::string content = read_all(ends[0]);
-  close(ends[0]);
   int status = 0;
   while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
-  if (WIFSIGNALED(status) || WEXITSTATUS(status) != 0 || content.empty()) {
+  std::fseek(file.get(), 0, SEEK_END);
+  const long bytes = std::ftell(file.get());
+  if (WIFSIGNALED(status) || WEXITSTATUS(status) != 0 || bytes <= 0) {
     const int signal = WIFSIGNALED(status) ? WTERMSIG(status) : 0;
     throw Error(fmt::format("{}: the library that reads this format {}, expected a sound file", path,
                             signal == SIGXCPU ? "does not come to an end with it"
                             : signal != 0     ? fmt::format("dies of it ({})", strsignal(signal))
                                               : "fails on it"));
   }
-  return unpacked(content);
+  std::rewind(file.get());
+  std::string fault;
+  SurfaceMesh mesh;
+  pass_answer({file.get(), static_cast<std::size_t>(bytes)}, fault, mesh);
+  if (!fault.empty()) {
+    throw Error(fault);
+  }
+  return mesh;
 }
 
 }  // namespace pellicle::meshing
