@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <type_traits>
 
 #include "geometry/pi.h"
 
@@ -158,9 +157,7 @@ Facets Ring::facets(double /*half_plane*/) const {
 
 namespace {
 
-using Mesh = std::shared_ptr<const ClosedMesh>;
-
-const ClosedMesh& solid_of(const Mesh& mesh) { return *mesh; }
+const ClosedMesh& solid_of(const std::shared_ptr<const ClosedMesh>& mesh) { return *mesh; }
 template <class Kind>
 const Kind& solid_of(const Kind& shape) {
   return shape;
@@ -172,26 +169,31 @@ auto visit(const Shape& shape, const Use& use) {
   return std::visit([&use](const auto& kind) { return use(solid_of(kind)); }, shape);
 }
 
-template <class Kind>
-void add_kind(std::vector<ShapeKind>& kinds) {
-  if constexpr (!std::is_same_v<Kind, Mesh>) {
-    kinds.push_back({Kind::name, {Kind::options.begin(), Kind::options.end()}, [](const ShapeNumbers& given) -> Shape {
-                       return Kind::of(given);
-                     }});
-  }
-}
-
-template <class... Kinds>
-std::vector<ShapeKind> kinds_of(const std::variant<Kinds...>* /*shape*/) {
-  std::vector<ShapeKind> kinds;
-  (add_kind<Kinds>(kinds), ...);
-  return kinds;
-}
-
 }  // namespace
 
 const std::vector<ShapeKind>& shape_kinds() {
-  static const std::vector<ShapeKind> kinds = kinds_of(static_cast<const Shape*>(nullptr));
+  using Option = ShapeOption;
+  using Given = const ShapeNumbers&;
+  static const std::vector<ShapeKind> kinds{
+      {"sphere", {Option::radius}, [](Given given) -> Shape { return Sphere{given.radius}; }},
+      {"plane", {Option::plane}, [](Given /*given*/) -> Shape { return HalfSpace{}; }},
+      {"box", {Option::size}, [](Given given) -> Shape { return Box{given.size / 2}; }},
+      {"capsule",
+       {Option::radius, Option::length, Option::axis},
+       [](Given given) -> Shape {
+         return Capsule{given.radius, given.length / 2};
+       }},
+      {"cylinder",
+       {Option::radius, Option::length, Option::axis},
+       [](Given given) -> Shape {
+         return Cylinder{given.radius, given.length / 2};
+       }},
+      {"ring",
+       {Option::radius, Option::tube_radius, Option::axis},
+       [](Given given) -> Shape {
+         return Ring{given.radius, given.tube_radius};
+       }},
+  };
   return kinds;
 }
 

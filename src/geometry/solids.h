@@ -3,8 +3,6 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
-#include <functional>
 #include <limits>
 #include <memory>
 #include <string>
@@ -28,18 +26,14 @@ struct ShapeNumbers {
   Eigen::Vector3d size = Eigen::Vector3d::Zero();  ///< [m]
 };
 
-// Solids in their own frames. Each has the name and the options of the shape in decks, and is made of its numbers `of`
-// a deck; is_convex says whether every straight line between two of its points is inside it; `distance` is the signed
-// distance of a point, exact, also inside, where the normal is one of several ways out that are equally short; `box` is
-// along the axes round all of it; `depth` is about the largest depth of a point on a way through its thinnest part [m];
-// `facets` are its surface, of a half space up to a distance.
+// Solids in their own frames. is_convex says whether every straight line between two of its points is inside it;
+// `distance` is the signed distance of a point, exact, also inside, where the normal is one of several ways out that
+// are equally short; `box` is along the axes round all of it; `depth` is about the largest depth of a point on a way
+// through its thinnest part [m]; `facets` are its surface, of a half space up to a distance.
 
 /// Round the origin.
 struct Sphere {
-  static constexpr const char* name = "sphere";
-  static constexpr std::array options{ShapeOption::radius};
   static constexpr bool is_convex = true;
-  static Sphere of(const ShapeNumbers& given) { return {given.radius}; }
   SignedDistance distance(const Eigen::Vector3d& point) const;
   Eigen::AlignedBox3d box() const;
   double depth() const { return radius; }
@@ -49,10 +43,7 @@ struct Sphere {
 };
 /// Below the plane z = 0.
 struct HalfSpace {
-  static constexpr const char* name = "plane";
-  static constexpr std::array options{ShapeOption::plane};
   static constexpr bool is_convex = true;
-  static HalfSpace of(const ShapeNumbers& /*given*/) { return {}; }
   SignedDistance distance(const Eigen::Vector3d& point) const;
   Eigen::AlignedBox3d box() const;
   double depth() const { return std::numeric_limits<double>::infinity(); }
@@ -60,10 +51,7 @@ struct HalfSpace {
 };
 /// Round the origin, its edges along the axes.
 struct Box {
-  static constexpr const char* name = "box";
-  static constexpr std::array options{ShapeOption::size};
   static constexpr bool is_convex = true;
-  static Box of(const ShapeNumbers& given) { return {given.size / 2}; }
   SignedDistance distance(const Eigen::Vector3d& point) const;
   Eigen::AlignedBox3d box() const { return {-half, half}; }
   double depth() const { return half.minCoeff(); }
@@ -73,10 +61,7 @@ struct Box {
 };
 /// All points no further than the radius from the stretch of the z axis between -half and half.
 struct Capsule {
-  static constexpr const char* name = "capsule";
-  static constexpr std::array options{ShapeOption::radius, ShapeOption::length, ShapeOption::axis};
   static constexpr bool is_convex = true;
-  static Capsule of(const ShapeNumbers& given) { return {given.radius, given.length / 2}; }
   SignedDistance distance(const Eigen::Vector3d& point) const;
   Eigen::AlignedBox3d box() const;
   double depth() const { return radius; }
@@ -87,10 +72,7 @@ struct Capsule {
 };
 /// Round the z axis, from -half to half.
 struct Cylinder {
-  static constexpr const char* name = "cylinder";
-  static constexpr std::array options{ShapeOption::radius, ShapeOption::length, ShapeOption::axis};
   static constexpr bool is_convex = true;
-  static Cylinder of(const ShapeNumbers& given) { return {given.radius, given.length / 2}; }
   SignedDistance distance(const Eigen::Vector3d& point) const;
   Eigen::AlignedBox3d box() const;
   double depth() const { return std::min(radius, half); }
@@ -101,10 +83,7 @@ struct Cylinder {
 };
 /// A torus: all points no further than the tube's radius from a circle round the z axis.
 struct Ring {
-  static constexpr const char* name = "ring";
-  static constexpr std::array options{ShapeOption::radius, ShapeOption::tube_radius, ShapeOption::axis};
   static constexpr bool is_convex = false;
-  static Ring of(const ShapeNumbers& given) { return {given.radius, given.tube_radius}; }
   SignedDistance distance(const Eigen::Vector3d& point) const;
   Eigen::AlignedBox3d box() const;
   double depth() const { return tube; }
@@ -114,19 +93,18 @@ struct Ring {
   double tube = 0;    ///< [m]
 };
 
-/// Shapes with a formula, in the order in which messages name them, and last a mesh, whose sign comes from its
-/// pseudo-normals.
+/// Shapes with a formula, and a mesh, whose sign comes from its pseudo-normals.
 using Shape = std::variant<Sphere, HalfSpace, Box, Capsule, Cylinder, Ring, std::shared_ptr<const ClosedMesh>>;
 
 /// A shape with a formula, as decks give it.
 struct ShapeKind {
   std::string name;
   std::vector<ShapeOption> options;
-  std::function<Shape(const ShapeNumbers&)> of;
+  Shape (*of)(const ShapeNumbers& given);
 
   bool has(ShapeOption option) const { return std::find(options.begin(), options.end(), option) != options.end(); }
 };
-/// The kinds of all alternatives of Shape but the mesh.
+/// The kinds of all alternatives of Shape but the mesh, in the order in which messages name them.
 const std::vector<ShapeKind>& shape_kinds();
 
 /// A solid in its pose.
