@@ -42,8 +42,8 @@ NumberType number_type() {
 }
 
 /// Meaning of a property for the reader; an element has each at most once.
-enum class Role { none, x, y, z, u, v, corners, texture, strips };
-constexpr std::size_t roles = static_cast<std::size_t>(Role::strips) + 1;
+enum class Role { none, x, y, z, u, v, corners, texture };
+constexpr std::size_t roles = static_cast<std::size_t>(Role::texture) + 1;
 
 /// A number, or with a count type a list of numbers, that every item of an element has.
 struct Property {
@@ -82,7 +82,7 @@ Role role_of(const std::string& element, std::string_view property, bool is_list
                                {"v", Role::v}, {"t", Role::v}, {"texture_v", Role::v}};
   static const Roles of_face{
       {"vertex_indices", Role::corners}, {"vertex_index", Role::corners}, {"texcoord", Role::texture}};
-  static const Roles of_strips{{"vertex_indices", Role::strips}, {"vertex_index", Role::strips}};
+  static const Roles of_strips{{"vertex_indices", Role::corners}, {"vertex_index", Role::corners}};
   static const std::map<std::string_view, Roles> known{
       {"vertex", of_vertex}, {"face", of_face}, {"tristrips", of_strips}};
   const auto roles = known.find(element);
@@ -195,8 +195,7 @@ class PlyReader {
       if (element.name == "vertex" && !(element.has(Role::x) && element.has(Role::y) && element.has(Role::z))) {
         file_.fail("element vertex without properties x, y and z");
       }
-      if ((element.name == "face" || element.name == "tristrips") &&
-          !(element.has(Role::corners) || element.has(Role::strips))) {
+      if ((element.name == "face" || element.name == "tristrips") && !element.has(Role::corners)) {
         file_.fail(fmt::format("element {} without a list vertex_indices", element.name));
       }
     }
@@ -212,11 +211,11 @@ class PlyReader {
         uv_of_points_.emplace_back(number_of(Role::u), number_of(Role::v));
       }
     }
-    if (element.has(Role::corners)) {
+    if (element.name == "face") {
       const std::vector<double>& corners = numbers_of(Role::corners);
       std::transform(corners.begin(), corners.end(), std::back_inserter(mesh_.faces.emplace_back()), to_point);
     }
-    if (element.has(Role::strips)) {
+    if (element.name == "tristrips") {
       add_strips();
     }
     if (element.has(Role::texture)) {
@@ -259,7 +258,7 @@ class PlyReader {
   /// Several strips stand one behind the other, with -1 between them.
   void add_strips() {
     std::vector<int> strip;
-    for (const double number : numbers_of(Role::strips)) {
+    for (const double number : numbers_of(Role::corners)) {
       if (number == -1) {
         add_strip(mesh_, strip);
         strip.clear();
