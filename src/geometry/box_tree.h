@@ -41,8 +41,8 @@ class BoxTree {
   template <class Take>
   void visit_pairs(const Take& take) const {
     if (!nodes_.empty()) {
-      visit_within(
-          0, [](int) { return true; }, take);
+      visit_between(
+          0, 0, [](int) { return true; }, take);
     }
   }
   /// Calls `take` for every two boxes that meet and of which at least one is marked.
@@ -60,7 +60,7 @@ class BoxTree {
                              ? std::any_of(numbers_.begin() + whole.first, numbers_.begin() + whole.end, is_marked)
                              : holds(whole.left) || holds(whole.right);
     }
-    visit_within(0, holds, [&](int a, int b) {
+    visit_between(0, 0, holds, [&](int a, int b) {
       if (is_marked(a) || is_marked(b)) {
         take(a, b);
       }
@@ -80,43 +80,28 @@ class BoxTree {
 
   int build(int first, int end, const std::vector<Eigen::Array4f>& middles);
 
+  /// Visits the pairs of an item of one node and one of another, or of two items of the same node.
   /// @param counts whether a node holds boxes to be visited
   template <class Counts, class Take>
-  void visit_within(int of, const Counts& counts, const Take& take) const {
-    if (!counts(of)) {
-      return;
-    }
-    const Node& whole = node(of);
-    if (whole.is_leaf()) {
-      for (int i = whole.first; i < whole.end; ++i) {
-        for (int j = i + 1; j < whole.end; ++j) {
-          if (bounds_[i].meets(bounds_[j])) {
-            take(numbers_[i], numbers_[j]);
-          }
-        }
-      }
-      return;
-    }
-    visit_within(whole.left, counts, take);
-    visit_within(whole.right, counts, take);
-    visit_between(whole.left, whole.right, counts, take);
-  }
-
-  template <class Counts, class Take>
   void visit_between(int of_one, int of_other, const Counts& counts, const Take& take) const {
+    const bool is_same = of_one == of_other;
     const Node& one = node(of_one);
     const Node& other = node(of_other);
-    if (!one.bounds.meets(other.bounds) || !(counts(of_one) || counts(of_other))) {
+    if ((!is_same && !one.bounds.meets(other.bounds)) || !(counts(of_one) || counts(of_other))) {
       return;
     }
     if (one.is_leaf() && other.is_leaf()) {
       for (int i = one.first; i < one.end; ++i) {
-        for (int j = other.first; j < other.end; ++j) {
+        for (int j = is_same ? i + 1 : other.first; j < other.end; ++j) {
           if (bounds_[i].meets(bounds_[j])) {
             take(numbers_[i], numbers_[j]);
           }
         }
       }
+    } else if (is_same) {
+      visit_between(one.left, one.left, counts, take);
+      visit_between(one.right, one.right, counts, take);
+      visit_between(one.left, one.right, counts, take);
     } else if (other.is_leaf() || (!one.is_leaf() && one.end - one.first >= other.end - other.first)) {
       visit_between(one.left, of_other, counts, take);
       visit_between(one.right, of_other, counts, take);

@@ -129,9 +129,9 @@ int remove_unused_points(SurfaceMesh& mesh) {
 }
 
 /// Six times the sum of the volumes between the first point and the fan of each face of a piece, and its scale, to
-/// judge what counts as no volume. Faces for which `reversed` is true count the other way round.
-template <class Reversed>
-std::array<double, 2> six_volumes(const SurfaceMesh& mesh, const std::vector<int>& piece, const Reversed& reversed) {
+/// judge what counts as no volume. @param turn 1 for faces as they are, -1 for those that count the other way round
+std::array<double, 2> six_volumes(const SurfaceMesh& mesh, const std::vector<int>& piece,
+                                  const std::vector<int>& turn) {
   double sum = 0;
   double area = 0;
   const Eigen::Vector3d origin = mesh.corner(piece.front(), 0);
@@ -140,7 +140,7 @@ std::array<double, 2> six_volumes(const SurfaceMesh& mesh, const std::vector<int
     for (std::size_t k = 2; k < mesh.faces[face].size(); ++k) {
       const Eigen::Vector3d second = mesh.corner(face, k - 1) - origin;
       const Eigen::Vector3d third = mesh.corner(face, k) - origin;
-      sum += (reversed(face) ? -1 : 1) * first.dot(second.cross(third));
+      sum += turn[face] * first.dot(second.cross(third));
       area += (second - first).cross(third - first).norm();
     }
   }
@@ -153,7 +153,7 @@ std::array<double, 2> six_volumes(const SurfaceMesh& mesh, const std::vector<int
 int orient(SurfaceMesh& mesh, const std::vector<Edge>& edges, std::vector<int>& twisted) {
   struct Neighbour {
     int face;
-    bool agrees;
+    int agrees;  ///< 1, or -1 if one of the two must be flipped
   };
   std::vector<std::vector<Neighbour>> neighbours(mesh.faces.size());
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
@@ -163,32 +163,28 @@ int orient(SurfaceMesh& mesh, const std::vector<Edge>& edges, std::vector<int>& 
     if (edge.faces() == 2) {
       const Side& first = edge.begin[0];
       const Side& second = edge.begin[1];
-      const bool agrees = first.forward != second.forward;
+      const int agrees = first.forward != second.forward ? 1 : -1;
       neighbours[first.face].push_back({second.face, agrees});
       neighbours[second.face].push_back({first.face, agrees});
     }
   }
-  enum class State { unseen, kept, flipped };
-  std::vector<State> state(mesh.faces.size(), State::unseen);
+  std::vector<int> turn(mesh.faces.size(), 0);  // 1: as it is; -1: flipped; 0: not seen
   int flipped = 0;
   for (std::size_t seed = 0; seed < mesh.faces.size(); ++seed) {
-    if (state[seed] != State::unseen) {
+    if (turn[seed] != 0) {
       continue;
     }
-    state[seed] = State::kept;
+    turn[seed] = 1;
     std::vector<int> piece{static_cast<int>(seed)};
-    std::size_t flips = 0;
     bool contradiction = false;
     for (std::size_t next = 0; next < piece.size(); ++next) {
-      const State here = state[piece[next]];
       for (const Neighbour& neighbour : neighbours[piece[next]]) {
-        const bool flip = (here == State::flipped) == neighbour.agrees;
-        State& there = state[neighbour.face];
-        if (there == State::unseen) {
-          there = flip ? State::flipped : State::kept;
-          flips += flip ? 1 : 0;
+        const int wanted = neighbour.agrees * turn[piece[next]];
+        int& there = turn[neighbour.face];
+        if (there == 0) {
+          there = wanted;
           piece.push_back(neighbour.face);
-        } else if ((there == State::flipped) != flip && !contradiction) {
+        } else if (there != wanted && !contradiction) {
           contradiction = true;
           twisted.push_back(neighbour.face);
         }
@@ -197,19 +193,19 @@ int orient(SurfaceMesh& mesh, const std::vector<Edge>& edges, std::vector<int>& 
     if (contradiction) {
       continue;
     }
-    State wrong = 2 * flips > piece.size() ? State::kept : State::flipped;
+    const auto flips = std::count_if(piece.begin(), piece.end(), [&turn](int f) { return turn[f] < 0; });
+    int wrong = 2 * flips > static_cast<std::ptrdiff_t>(piece.size()) ? 1 : -1;
     const bool closed =
         std::all_of(piece.begin(), piece.end(), [&](int f) { return neighbours[f].size() == mesh.faces[f].size(); });
     if (closed) {
       constexpr double flat = 1e-9;  // two layers that lie on each other enclose nothing
-      const auto [volume, scale] =
-          six_volumes(mesh, piece, [&state](int face) { return state[face] == State::flipped; });
+      const auto [volume, scale] = six_volumes(mesh, piece, turn);
       if (std::abs(volume) > flat * scale) {
-        wrong = volume < 0 ? State::kept : State::flipped;
+        wrong = volume < 0 ? 1 : -1;
       }
     }
     for (const int f : piece) {
-      if (state[f] == wrong) {
+      if (turn[f] == wrong) {
         std::reverse(mesh.faces[f].begin() + 1, mesh.faces[f].end());
         if (!mesh.uv.empty()) {
           std::reverse(mesh.uv[f].begin() + 1, mesh.uv[f].end());
@@ -292,20 +288,19 @@ std::vector<int> find_split_points(const SurfaceMesh& mesh, const std::vector<Ed
       fans.unite(corner_at(*edge.begin, false), corner_at(*side, false));
     }
   }
-  constexpr std::size_t none = static_cast<std::size_t>(-1);
-  std::vector<std::size_t> fan(mesh.points.size(), none);
+  std::vector<int> fans_at(mesh.points.size(), 0);
   std::vector<int> split;
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
     for (std::size_t k = 0; k < mesh.faces[f].size(); ++k) {
+      const std::size_t corner = first_corner[f] + k;
       const int point = mesh.faces[f][k];
-      const std::size_t root = fans.find(first_corner[f] + k);
-      if (fan[point] != none && fan[point] != root) {
+      if (fans.find(corner) == corner && ++fans_at[point] == 2) {
         split.push_back(point);
       }
-      fan[point] = root;
     }
   }
-  return without_repeats(std::move(split));
+  std::sort(split.begin(), split.end());
+  return split;
 }
 
 /// The triangles of all faces that are not `degenerate`; those that cannot be split go to `crossed`.
@@ -468,10 +463,10 @@ std::vector<std::string> MeshReport::remarks() const {
   for (const std::string& repair : repairs(*this)) {
     texts.push_back("repaired: " + repair);
   }
-  if (intersections > 0) {
-    texts.push_back(fmt::format("warning: {} pairs of triangles cut through each other", intersections));
+  if (intersections.pairs > 0) {
+    texts.push_back(fmt::format("warning: {} pairs of triangles cut through each other", intersections.pairs));
   }
-  if (!all_intersections) {
+  if (!intersections.all) {
     texts.push_back("warning: too many triangles lie close together to look at all pairs that may cut each other");
   }
   if (slits.near_points > 0) {
@@ -588,17 +583,16 @@ MeshReport check_and_repair(SurfaceMesh& mesh, const std::string& name, std::opt
   add("polygon that cannot be split into triangles", "polygons that cannot be split into triangles",
       in_file(crossed, mesh.face_id));
   require_few_at_each_point(mesh, triangles, name);
-  const SelfIntersections intersections = count_self_intersections(mesh.points, triangles);
-  report.intersections = intersections.pairs;
-  report.all_intersections = intersections.all;
+  report.intersections = count_self_intersections(mesh.points, triangles);
   if (!faults.empty()) {
     const std::vector<std::string> repaired = repairs(report);
-    throw Error(fmt::format("{}: {} (numbers from 0), expected a manifold surface; it has {}{}{}{}", name,
-                            fmt::join(faults, "; "), report.size(),
-                            report.intersections > 0
-                                ? fmt::format("; {} pairs of triangles cut through each other", report.intersections)
-                                : "",
-                            repaired.empty() ? "" : "; repaired: ", fmt::join(repaired, "; ")));
+    throw Error(
+        fmt::format("{}: {} (numbers from 0), expected a manifold surface; it has {}{}{}{}", name,
+                    fmt::join(faults, "; "), report.size(),
+                    report.intersections.pairs > 0
+                        ? fmt::format("; {} pairs of triangles cut through each other", report.intersections.pairs)
+                        : "",
+                    repaired.empty() ? "" : "; repaired: ", fmt::join(repaired, "; ")));
   }
   if (report.boundary_edges == 0) {
     report.volume = enclosed_volume(mesh);

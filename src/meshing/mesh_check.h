@@ -21,8 +21,7 @@ struct MeshReport {
   int components = 0;  ///< pieces joined by common edges
   int boundary_edges = 0;
   int boundary_loops = 0;
-  int intersections = 0;          ///< pairs of triangles that cut through each other (quads split in two)
-  bool all_intersections = true;  ///< whether all pairs were counted (count_self_intersections)
+  SelfIntersections intersections;  ///< with quads split in two
   int euler_characteristic() const { return points - edges + faces; }
 
   double area = 0;            ///< [m^2]

@@ -43,7 +43,7 @@ BlobOptions cut(BlobOptions options) {
 MeshReport report_of(SurfaceMesh mesh, int vertices, int genus) {
   MeshReport report = check_and_repair(mesh, "blobs");
   EXPECT_EQ(report.merged_points + report.removed_points + report.removed_faces + report.flipped_faces, 0);
-  EXPECT_EQ(report.intersections, 0);
+  EXPECT_EQ(report.intersections.pairs, 0);
   EXPECT_EQ(report.components, 1);
   EXPECT_EQ(report.boundary_edges, 0);
   EXPECT_EQ(report.points, vertices);

@@ -17,7 +17,7 @@ namespace {
 MeshReport closed_report(SurfaceMesh mesh) {
   MeshReport report = check_and_repair(mesh, "generated");
   EXPECT_EQ(report.merged_points + report.removed_points + report.removed_faces + report.flipped_faces, 0);
-  EXPECT_EQ(report.intersections, 0);
+  EXPECT_EQ(report.intersections.pairs, 0);
   EXPECT_EQ(report.components, 1);
   EXPECT_EQ(report.boundary_edges, 0);
   EXPECT_EQ(mesh.faces.front().size() == 3 ? report.triangles : report.quads, report.faces);

@@ -24,7 +24,7 @@ Eigen::Vector3d normal(const SurfaceMesh& mesh, std::size_t face) {
 MeshReport report_of(SurfaceMesh mesh) {
   MeshReport report = check_and_repair(mesh, "generated");
   EXPECT_EQ(report.merged_points + report.removed_points + report.removed_faces + report.flipped_faces, 0);
-  EXPECT_EQ(report.intersections, 0);
+  EXPECT_EQ(report.intersections.pairs, 0);
   EXPECT_EQ(report.components, 1);
   EXPECT_EQ(report.quads, report.faces);
   EXPECT_TRUE(mesh.point_id.empty());

@@ -136,7 +136,7 @@ TEST(MeshCheck, KeepsLayersThatLieOnEachOtherApart) {
   EXPECT_EQ(report.merged_points, 0);
   EXPECT_EQ(report.components, 2);
   EXPECT_EQ(mesh.points.size(), 40U);
-  EXPECT_EQ(report.intersections, 0);
+  EXPECT_EQ(report.intersections.pairs, 0);
   EXPECT_EQ(check_and_repair(merged, "it").removed_faces, 12);
   EXPECT_EQ(merged.points.size(), 20U);
 }
@@ -240,16 +240,16 @@ TEST(MeshCheck, CountsSelfIntersections) {
   SurfaceMesh mesh;
   mesh.points = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0.5, 0.2, -1}, {0.5, 0.8, -1}, {0.5, 0.5, 1}};
   mesh.faces = {{0, 1, 2, 3}, {4, 5, 6}};
-  EXPECT_EQ(check_and_repair(mesh, "it").intersections, 2);
+  EXPECT_EQ(check_and_repair(mesh, "it").intersections.pairs, 2);
   for (std::size_t i = 4; i < 7; ++i) {
     mesh.points[i].x() = 0.9;
     mesh.points[i].y() = 0.3 + 0.2 * (mesh.points[i].y() - 0.5);
   }
-  EXPECT_EQ(check_and_repair(mesh, "it").intersections, 1);
+  EXPECT_EQ(check_and_repair(mesh, "it").intersections.pairs, 1);
   for (std::size_t i = 4; i < 7; ++i) {
     mesh.points[i].x() = 1.1;
   }
-  EXPECT_EQ(check_and_repair(mesh, "it").intersections, 0);
+  EXPECT_EQ(check_and_repair(mesh, "it").intersections.pairs, 0);
 }
 
 TEST(MeshCheck, CountsSelfIntersectionsOfWhatOverlapsEverywhereOnlySoFar) {

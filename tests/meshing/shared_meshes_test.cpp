@@ -44,7 +44,7 @@ TEST_F(SharedMeshes, Teddy) {
   EXPECT_EQ(report.triangles, 25082);
   EXPECT_EQ(report.boundary_edges, 0);
   EXPECT_EQ(report.euler_characteristic(), 2);
-  EXPECT_EQ(report.intersections, 0);
+  EXPECT_EQ(report.intersections.pairs, 0);
   EXPECT_NEAR(report.smallest_angle, 19 * degree, 0.5 * degree);
 }
 

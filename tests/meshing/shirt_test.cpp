@@ -22,7 +22,7 @@ const Eigen::Vector3d& corner(const SurfaceMesh& mesh, std::size_t face, std::si
 MeshReport shirt_report(SurfaceMesh mesh) {
   MeshReport report = check_and_repair(mesh, "shirt");
   EXPECT_EQ(report.remarks(), std::vector<std::string>{}) << "needed repair";
-  EXPECT_EQ(report.intersections, 0);
+  EXPECT_EQ(report.intersections.pairs, 0);
   EXPECT_EQ(report.components, 1);
   EXPECT_EQ(fault_of_quads(mesh), "");
   return report;
