@@ -62,27 +62,6 @@ void IsotropicRemesher::pair(int h, int twin) {
   twin_[twin] = h;
 }
 
-/// Calls visit(h) with one half-edge of every edge, also of those that a visit makes.
-template <class Visit>
-void IsotropicRemesher::for_each_edge(const Visit& visit) {
-  for (int h = 0; h < half_edges(); ++h) {
-    if (alive(h) && h < twin_[h]) {
-      visit(h);
-    }
-  }
-}
-
-/// Calls visit(h) with every half-edge that leaves the point.
-template <class Visit>
-void IsotropicRemesher::for_each_spoke(int point, const Visit& visit) const {
-  const int first = out_[point];
-  int h = first;
-  do {
-    visit(h);
-    h = twin_[previous(h)];
-  } while (h != first);
-}
-
 bool IsotropicRemesher::joined(int a, int b) const {
   bool found = false;
   for_each_spoke(a, [&](int h) { found = found || to(h) == b; });
@@ -230,17 +209,6 @@ void IsotropicRemesher::flip(int h) {
   --valence_[b];
   ++valence_[c];
   ++valence_[d];
-}
-
-/// Flips the edges (a, b) between the points c and d for which `is_better(a, b, c, d)`.
-template <class IsBetter>
-void IsotropicRemesher::flip_where(const IsBetter& is_better) {
-  for_each_edge([&](int h) {
-    const auto [a, b, c, d] = corners(h);
-    if (is_better(a, b, c, d) && may_flip(h)) {
-      flip(h);
-    }
-  });
 }
 
 /// Moves every point to the middle of its neighbours along the tangent plane, then towards the surface.

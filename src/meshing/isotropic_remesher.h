@@ -53,20 +53,43 @@ class IsotropicRemesher {
   }
   double smallest_angle(int a, int b, int c) const;
 
-  void pair(int h, int twin);
+  /// Calls visit(h) with one half-edge of every edge, also of those that a visit makes.
   template <class Visit>
-  void for_each_edge(const Visit& visit);
+  void for_each_edge(const Visit& visit) {
+    for (int h = 0; h < half_edges(); ++h) {
+      if (alive(h) && h < twin_[h]) {
+        visit(h);
+      }
+    }
+  }
+  /// Calls visit(h) with every half-edge that leaves the point.
   template <class Visit>
-  void for_each_spoke(int point, const Visit& visit) const;
+  void for_each_spoke(int point, const Visit& visit) const {
+    const int first = out_[point];
+    int h = first;
+    do {
+      visit(h);
+      h = twin_[previous(h)];
+    } while (h != first);
+  }
   bool joined(int a, int b) const;
 
+  void pair(int h, int twin);
   bool is_longest(int h) const;
   void split(int h);
   bool collapse(int h, double longest);
   bool may_flip(int h) const;
   void flip(int h);
+  /// Flips the edges (a, b) between the points c and d for which `is_better(a, b, c, d)`.
   template <class IsBetter>
-  void flip_where(const IsBetter& is_better);
+  void flip_where(const IsBetter& is_better) {
+    for_each_edge([&](int h) {
+      const auto [a, b, c, d] = corners(h);
+      if (is_better(a, b, c, d) && may_flip(h)) {
+        flip(h);
+      }
+    });
+  }
   void smooth();
 
   const ImplicitSurface& surface_;
