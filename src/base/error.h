@@ -1,5 +1,6 @@
 #pragma once
 
+#include <fmt/core.h>
 #include <petscsys.h>
 
 #include <functional>
@@ -19,6 +20,14 @@ class Error : public std::runtime_error {
   /// the middle, so that it is one readable line whatever it quotes.
   explicit Error(const std::string& text);
 };
+
+/// @throws Error with a text in fmt's format, if something is wrong. The values are evaluated in any case.
+template <class... Values>
+void refuse_if(bool is_wrong, fmt::format_string<const Values&...> text, const Values&... values) {
+  if (is_wrong) {
+    throw Error(fmt::format(text, values...));
+  }
+}
 
 /// A failed PETSc call. `what()` is one line with PETSc's own message, if keep_petsc_messages has been called.
 class PetscFailure : public std::runtime_error {

@@ -1,7 +1,5 @@
 #include "meshing/blobs.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -26,30 +24,22 @@ bool has_two_ends(const BlobOptions& options) {
   return options.shape == BlobShape::capsule || options.shape == BlobShape::cylinder;
 }
 
-void refuse_if(bool is_wrong, const std::string& key, double given, const std::string& expected) {
-  if (is_wrong) {
-    throw Error(fmt::format("{}: {} m given, expected {}", key, number_text(given), expected));
-  }
-}
-
 void require_valid(const std::string& key, const BlobOptions& options) {
   const double r = options.radius;
   const double end_radius = options.end_radius.value_or(r);
   const double length = (options.end - options.centre).norm();
   const double least_size = options.size.minCoeff();
   const bool is_box = options.shape == BlobShape::box;
-  if (has_two_ends(options) && !(length > 0)) {
-    throw Error(key + ".end: the same as centre, expected another point");
-  }
-  refuse_if(options.shape == BlobShape::capsule && std::abs(r - end_radius) >= length, key + ".end_radius", end_radius,
-            "one end that is not inside the other");
-  refuse_if((is_box || options.shape == BlobShape::ellipsoid) && !(least_size > 0), key + ".size", least_size,
-            "lengths above 0");
+  refuse_if(has_two_ends(options) && !(length > 0), "{}.end: the same as centre, expected another point", key);
+  refuse_if(options.shape == BlobShape::capsule && std::abs(r - end_radius) >= length,
+            "{}.end_radius: {} m given, expected one end that is not inside the other", key, number_text(end_radius));
+  refuse_if((is_box || options.shape == BlobShape::ellipsoid) && !(least_size > 0),
+            "{}.size: {} m given, expected lengths above 0", key, number_text(least_size));
   refuse_if((is_box || options.shape == BlobShape::cylinder) &&
                 options.round > 0.5 * (is_box ? least_size : std::min(2 * r, length)),
-            key + ".round", options.round, "at most half of its thickness");
-  refuse_if(options.shape == BlobShape::torus && options.tube_radius >= r, key + ".tube_radius", options.tube_radius,
-            "less than the radius");
+            "{}.round: {} m given, expected at most half of its thickness", key, number_text(options.round));
+  refuse_if(options.shape == BlobShape::torus && options.tube_radius >= r,
+            "{}.tube_radius: {} m given, expected less than the radius", key, number_text(options.tube_radius));
 }
 
 }  // namespace
@@ -104,8 +94,8 @@ Blobs::Blobs(const std::map<std::string, BlobOptions>& options) {
         has_two_ends(given) ? rotation_between(Eigen::Vector3d::UnitZ(), arm) : rotation_about_axes(given.rotation);
     const Solid solid{name, given, rotation.transpose(), arm.norm(), width_of_blend * given.blend};
     const double least = 1e-6 * solid.reach();
-    refuse_if(given.blend < least, "mesh.blobs." + name + ".blend", given.blend,
-              "at least " + number_text(least) + ", a millionth of its size");
+    refuse_if(given.blend < least, "mesh.blobs.{}.blend: {} m given, expected at least {}, a millionth of its size",
+              name, number_text(given.blend), number_text(least));
     (given.operation == BlobOperation::add ? added_ : subtracted_).push_back(solid);
   }
   if (added_.empty()) {

@@ -137,18 +137,14 @@ bool put_answer(const std::string& path, const std::function<SurfaceMesh()>& rea
 SurfaceMesh read_in_child(const std::string& path, const std::function<SurfaceMesh()>& read) {
   const int memory = memfd_create("mesh", MFD_CLOEXEC);
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(memory < 0 ? nullptr : fdopen(memory, "w+"), std::fclose);
-  if (file == nullptr) {
-    throw Error(path + ": cannot be read: " + std::strerror(errno));
-  }
+  refuse_if(file == nullptr, "{}: cannot be read: {}", path, std::strerror(errno));
   const pid_t child = fork();
   if (child == 0) {
     prepare_child(path);
     // Nothing of the run is torn down in the child: no destructor of a static object, no handler of atexit.
     _exit(put_answer(path, read, file.get()) ? 0 : 1);
   }
-  if (child < 0) {
-    throw Error(path + ": cannot be read: no process for its reader: " + std::strerror(errno));
-  }
+  refuse_if(child < 0, "{}: cannot be read: no process for its reader: {}", path, std::strerror(errno));
   int status = 0;
   while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
@@ -165,9 +161,7 @@ SurfaceMesh read_in_child(const std::string& path, const std::function<SurfaceMe
   std::string fault;
   SurfaceMesh mesh;
   pass_answer({file.get(), static_cast<std::size_t>(bytes)}, fault, mesh);
-  if (!fault.empty()) {
-    throw Error(fault);
-  }
+  refuse_if(!fault.empty(), "{}", fault);
   return mesh;
 }
 

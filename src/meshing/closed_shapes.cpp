@@ -1,7 +1,5 @@
 #include "meshing/closed_shapes.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -17,15 +15,11 @@ namespace pellicle::meshing {
 namespace {
 
 void require_above_0(double value, const char* what) {
-  if (!(value > 0)) {
-    throw Error(fmt::format("{} of {:f} m, expected above 0", what, value));
-  }
+  refuse_if(!(value > 0), "{} of {:f} m, expected above 0", what, value);
 }
 
 void require_level(int level, const char* what) {
-  if (level < 0 || level > 9) {
-    throw Error(fmt::format("{} of level {}, expected 0 to 9", what, level));
-  }
+  refuse_if(level < 0 || level > 9, "{} of level {}, expected 0 to 9", what, level);
 }
 
 /// Longitude of each corner as u, `height` of its point as v.

@@ -13,16 +13,12 @@ namespace {
 
 void require_cells(std::array<int, 2> cells, int lowest, const char* shape, int faces_of_a_cell) {
   const std::string what = fmt::format("a {} of {} x {} cells", shape, cells[0], cells[1]);
-  if (cells[0] < lowest || cells[1] < lowest) {
-    throw Error(fmt::format("{}, expected at least {} x {}", what, lowest, lowest));
-  }
+  refuse_if(cells[0] < lowest || cells[1] < lowest, "{}, expected at least {} x {}", what, lowest, lowest);
   require_mesh_size(what, static_cast<double>(faces_of_a_cell) * cells[0] * cells[1]);
 }
 
 void require_size(std::array<double, 2> size, const char* shape) {
-  if (!(size[0] > 0 && size[1] > 0)) {
-    throw Error(fmt::format("a {} of {:g} m x {:g} m, expected sizes above 0", shape, size[0], size[1]));
-  }
+  refuse_if(!(size[0] > 0 && size[1] > 0), "a {} of {:g} m x {:g} m, expected sizes above 0", shape, size[0], size[1]);
 }
 
 /// Gives a mesh the texture coordinates of its points, and groups of the points at which these are 0 or 1.
@@ -68,10 +64,9 @@ SurfaceMesh rectangle_mesh(std::array<int, 2> cells, std::array<double, 2> size)
 
 SurfaceMesh torus_mesh(std::array<int, 2> cells, double major_radius, double tube_radius) {
   require_cells(cells, 3, "torus", 1);
-  if (!(tube_radius > 0 && tube_radius < major_radius)) {
-    throw Error(fmt::format("a torus of radii {:g} m and {:g} m, expected the second between 0 and the first",
-                            major_radius, tube_radius));
-  }
+  refuse_if(!(tube_radius > 0 && tube_radius < major_radius),
+            "a torus of radii {:g} m and {:g} m, expected the second between 0 and the first", major_radius,
+            tube_radius);
   const auto [n, m] = cells;
   SurfaceMesh mesh;
   for (int j = 0; j < m; ++j) {
@@ -96,9 +91,7 @@ SurfaceMesh torus_mesh(std::array<int, 2> cells, double major_radius, double tub
 SurfaceMesh roof_mesh(std::array<int, 2> cells, std::array<double, 2> size, double arch) {
   require_cells(cells, 2, "roof", 2);
   require_size(size, "roof");
-  if (!(arch > 0 && arch < 2 * pi)) {
-    throw Error(fmt::format("a roof with an arch of {:f} rad, expected between 0 and a full turn", arch));
-  }
+  refuse_if(!(arch > 0 && arch < 2 * pi), "a roof with an arch of {:f} rad, expected between 0 and a full turn", arch);
   const auto [n, m] = cells;
   const double radius = size[1] / arch;
   // Points sit at half-cell steps (a, b), a + b odd; quads have their centres at a + b even, and the two families of
@@ -132,9 +125,7 @@ SurfaceMesh roof_mesh(std::array<int, 2> cells, std::array<double, 2> size, doub
 }
 
 SurfaceMesh disc_mesh(int rings, double radius) {
-  if (rings < 1 || !(radius > 0)) {
-    throw Error(fmt::format("a disc of {} rings and radius {:f} m, expected both above 0", rings, radius));
-  }
+  refuse_if(rings < 1 || !(radius > 0), "a disc of {} rings and radius {:f} m, expected both above 0", rings, radius);
   require_mesh_size(fmt::format("a disc of {} rings", rings), 6.0 * rings * rings);
   SurfaceMesh mesh;
   std::vector<Eigen::Vector2d> uv;

@@ -45,9 +45,8 @@ class GmshReader {
       }
       expect("$End" + section.substr(1));
     }
-    if (mesh_.faces.empty() && left_out_.volumes > 0) {
-      file_.fail("volume elements and no face, expected a surface: Gmsh saves the faces of a Physical Surface");
-    }
+    file_.refuse_if(mesh_.faces.empty() && left_out_.volumes > 0,
+                    "volume elements and no face, expected a surface: Gmsh saves the faces of a Physical Surface");
     left_out_.say(mesh_);
     return std::move(mesh_);
   }
@@ -55,9 +54,7 @@ class GmshReader {
  private:
   void expect(const std::string& word, const char* hint = "") {
     const std::string_view found = file_.next_word(word.c_str());
-    if (found != word) {
-      file_.fail(fmt::format("'{}', expected {}{}", found, word, hint));
-    }
+    file_.refuse_if(found != word, "'{}', expected {}{}", found, word, hint);
   }
 
   void read_format() {
@@ -66,10 +63,9 @@ class GmshReader {
     const double version = file_.next_number("the version");
     blocks_ = std::abs(version - 4.1) < 0.01;
     const bool is_text = file_.next_integer("0 for a text file") == 0;
-    if (!is_text || (!blocks_ && (version < 2 || version > 2.25))) {
-      file_.fail(fmt::format("a {} file of version {:f}, expected text of version 2.2 or 4.1{}",
-                             is_text ? "text" : "binary", version, as_written));
-    }
+    file_.refuse_if(!is_text || (!blocks_ && (version < 2 || version > 2.25)),
+                    "a {} file of version {:f}, expected text of version 2.2 or 4.1{}", is_text ? "text" : "binary",
+                    version, as_written);
     file_.skip_line();
     expect("$EndMeshFormat");
   }
@@ -83,9 +79,8 @@ class GmshReader {
       const std::string_view first = file_.next_word("a name in quotes");
       const std::string_view last = file_.words().back();
       const std::string_view quoted(first.data(), static_cast<std::size_t>(last.data() + last.size() - first.data()));
-      if (quoted.size() < 3 || quoted.front() != '"' || quoted.back() != '"') {
-        file_.fail(fmt::format("'{}', expected a name in quotes", quoted));
-      }
+      file_.refuse_if(quoted.size() < 3 || quoted.front() != '"' || quoted.back() != '"',
+                      "'{}', expected a name in quotes", quoted);
       names_[{dimension, group}] = quoted.substr(1, quoted.size() - 2);
       file_.skip_line();
     }
@@ -104,9 +99,8 @@ class GmshReader {
           file_.next_number("a bound of an entity");
         }
         const int groups = file_.next_integer("the number of groups");
-        if (groups < 0 || groups > static_cast<int>(most_groups)) {
-          file_.fail(fmt::format("{} groups for one part of the model, expected at most {}", groups, most_groups));
-        }
+        file_.refuse_if(groups < 0 || groups > static_cast<int>(most_groups),
+                        "{} groups for one part of the model, expected at most {}", groups, most_groups);
         for (int k = 0; k < groups; ++k) {
           groups_of_entity_[{dimension, entity}].push_back(
               std::abs(file_.next_integer("a group number")));  // -: reversed
@@ -151,9 +145,8 @@ class GmshReader {
   }
 
   void add_node(int node) {
-    if (!number_of_node_.emplace(node, static_cast<int>(number_of_node_.size())).second) {
-      file_.fail(fmt::format("node {} a second time", node));
-    }
+    const bool is_new = number_of_node_.emplace(node, static_cast<int>(number_of_node_.size())).second;
+    file_.refuse_if(!is_new, "node {} a second time", node);
   }
 
   void read_elements() {
@@ -203,12 +196,10 @@ class GmshReader {
         {7, {3, 5, 5}},   {14, {3, 5, 14}}, {19, {3, 5, 13}},                                       // pyramids
     };
     const auto known = kinds.find(type);
-    if (known == kinds.end()) {
-      file_.fail(
-          fmt::format("element {} has type {}, expected points, lines, triangles and quads "
-                      "(types 15, 1, 2, 3, or of higher order 8, 9, 10, 16)",
-                      element, type));
-    }
+    file_.refuse_if(known == kinds.end(),
+                    "element {} has type {}, expected points, lines, triangles and quads "
+                    "(types 15, 1, 2, 3, or of higher order 8, 9, 10, 16)",
+                    element, type);
     const Kind& kind = known->second;
     std::vector<int> points;
     for (int k = 0; k < kind.nodes; ++k) {
@@ -217,10 +208,8 @@ class GmshReader {
         continue;
       }
       const auto point = number_of_node_.find(node);
-      if (point == number_of_node_.end()) {
-        file_.fail(fmt::format("node {} in element {}, expected one of the {} nodes of the file", node, element,
-                               mesh_.points.size()));
-      }
+      file_.refuse_if(point == number_of_node_.end(), "node {} in element {}, expected one of the {} nodes of the file",
+                      node, element, mesh_.points.size());
       points.push_back(point->second);
     }
     if (kind.dimension == 3) {

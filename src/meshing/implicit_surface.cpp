@@ -105,15 +105,11 @@ SurfaceMesh implicit_surface_mesh(const ImplicitSurface& surface, int vertices, 
   constexpr double largest_size = 1e60;
   require_mesh_size(fmt::format("{} of {} vertices", key, vertices), 2.0 * vertices);
   const double longest_side = surface.bounds.sizes().maxCoeff();
-  if (!(longest_side >= smallest_size && longest_side <= largest_size)) {
-    throw Error(
-        fmt::format("{}: {:g} m across, expected {:g} to {:g} m", key, longest_side, smallest_size, largest_size));
-  }
+  refuse_if(!(longest_side >= smallest_size && longest_side <= largest_size),
+            "{}: {:g} m across, expected {:g} to {:g} m", key, longest_side, smallest_size, largest_size);
   double spacing = longest_side / coarse_cells;
   SurfaceMesh mesh = contour(surface, spacing);
-  if (mesh.faces.empty()) {
-    throw Error(key + ": nothing is left inside, expected solids that have a surface");
-  }
+  refuse_if(mesh.faces.empty(), "{}: nothing is left inside, expected solids that have a surface", key);
   // A closed mesh has two triangles a point, of area sqrt(3)/4 L^2.
   const double edge = std::sqrt(2 * area_of(mesh) / (std::sqrt(3.0) * vertices));
   if (edge < spacing) {
@@ -135,10 +131,8 @@ SurfaceMesh implicit_surface_mesh(const ImplicitSurface& surface, int vertices, 
     remesher.relax();
   }
   remesher.project();
-  if (remesher.points() != vertices || !remesher.follows_surface()) {
-    throw Error(
-        fmt::format("mesh.vertices: {} are too few for {}, expected more, or a larger blend and round", vertices, key));
-  }
+  refuse_if(remesher.points() != vertices || !remesher.follows_surface(),
+            "mesh.vertices: {} are too few for {}, expected more, or a larger blend and round", vertices, key);
   return remesher.mesh();
 }
 

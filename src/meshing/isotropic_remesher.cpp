@@ -35,9 +35,8 @@ IsotropicRemesher::IsotropicRemesher(const SurfaceMesh& mesh, const ImplicitSurf
   for (const std::vector<int>& face : mesh.faces) {
     for (std::size_t k = 0; k < 3; ++k) {
       const int h = half_edges();
-      if (!by_ends.emplace(std::pair(face[k], face[(k + 1) % 3]), h).second) {
-        throw Error(key + ": the surface touches itself, expected solids that overlap more, or less");
-      }
+      const bool is_new = by_ends.emplace(std::pair(face[k], face[(k + 1) % 3]), h).second;
+      refuse_if(!is_new, "{}: the surface touches itself, expected solids that overlap more, or less", key);
       from_.push_back(face[k]);
       out_[face[k]] = h;
       ++valence_[face[k]];
@@ -46,9 +45,7 @@ IsotropicRemesher::IsotropicRemesher(const SurfaceMesh& mesh, const ImplicitSurf
   twin_.resize(from_.size());
   for (const auto& [ends, h] : by_ends) {
     const auto twin = by_ends.find({ends.second, ends.first});
-    if (twin == by_ends.end()) {
-      throw Error(key + ": the surface is not closed, expected one within its bounds");
-    }
+    refuse_if(twin == by_ends.end(), "{}: the surface is not closed, expected one within its bounds", key);
     twin_[h] = twin->second;
   }
 }

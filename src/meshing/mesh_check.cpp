@@ -333,10 +333,8 @@ void require_few_at_each_point(const SurfaceMesh& mesh, const std::vector<std::a
     }
   }
   const auto largest = std::max_element(count.begin(), count.end());
-  if (*largest > most) {
-    throw Error(fmt::format("{}: {} triangles meet at point {}, expected at most {}", name, *largest,
-                            mesh.id_of_point(static_cast<int>(largest - count.begin())), most));
-  }
+  refuse_if(*largest > most, "{}: {} triangles meet at point {}, expected at most {}", name, *largest,
+            mesh.id_of_point(static_cast<int>(largest - count.begin())), most);
 }
 
 /// Counts of edges, boundary and pieces.
@@ -523,12 +521,11 @@ void measure_rounding(const SurfaceMesh& mesh, MeshReport& report) {
   constexpr double largest = 1e-6;
   const double step = std::numeric_limits<double>::epsilon() * farthest;
   const double mean_side = sum / sides;
-  if (mean_side > 0 && step > largest * mean_side) {
-    throw Error(fmt::format(
-        "{}: {:g} m from the origin, where places are rounded to {:g} m; expected at most {:g} of the mean side, {:g} "
-        "m: a mesh nearer to the origin",
-        report.name, farthest, step, largest, mean_side));
-  }
+  refuse_if(
+      mean_side > 0 && step > largest * mean_side,
+      "{}: {:g} m from the origin, where places are rounded to {:g} m; expected at most {:g} of the mean side, {:g} "
+      "m: a mesh nearer to the origin",
+      report.name, farthest, step, largest, mean_side);
   report.rounding = step / mean_side;
 }
 

@@ -90,9 +90,8 @@ SurfaceMesh unplaced_mesh(const MeshOptions& options) {
   if (!options.file.empty()) {
     return read_mesh(options.file);
   }
-  if (options.shape == MeshShape::file) {
-    throw Error("mesh.shape: 'file', but mesh.file is empty, expected the name of a mesh file");
-  }
+  refuse_if(options.shape == MeshShape::file,
+            "mesh.shape: 'file', but mesh.file is empty, expected the name of a mesh file");
   const std::array<int, 2> cells{options.cells.at(0), options.cells.at(1)};
   const std::array<double, 2> size{options.size.at(0), options.size.at(1)};
   switch (options.shape) {
@@ -140,12 +139,8 @@ CheckedMesh make_checked_mesh(const MeshOptions& options) {
   if (!options.volume) {
     return checked;
   }
-  if (report.boundary_edges > 0) {
-    throw Error("mesh.volume: " + report.summary() + "; expected a closed mesh");
-  }
-  if (!(report.volume > 0)) {
-    throw Error("mesh.volume: " + options.name() + " encloses no volume, expected a mesh that does");
-  }
+  refuse_if(report.boundary_edges > 0, "mesh.volume: {}; expected a closed mesh", report.summary());
+  refuse_if(!(report.volume > 0), "mesh.volume: {} encloses no volume, expected a mesh that does", options.name());
   const double factor = std::cbrt(*options.volume / report.volume);
   for (Eigen::Vector3d& point : mesh.points) {
     point = options.shift + factor * (point - options.shift);

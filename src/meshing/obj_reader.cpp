@@ -15,9 +15,7 @@ int resolve(const TextFile& file, std::string_view word, std::size_t count, cons
   const int number = file.integer(word, what);
   const int items = static_cast<int>(count);
   const int index = number > 0 ? number - 1 : items + number;
-  if (number == 0 || index < 0 || index >= items) {
-    file.fail(fmt::format("{} {}, expected one from 1 to {}", what, number, items));
-  }
+  file.refuse_if(number == 0 || index < 0 || index >= items, "{} {}, expected one from 1 to {}", what, number, items);
   return index;
 }
 
@@ -39,15 +37,11 @@ SurfaceMesh read_obj(const std::string& path) {
     const std::string_view keyword = words.front();
     if (keyword == "v") {
       // x y z, then a weight or a colour, which is ignored.
-      if (words.size() < 4 || words.size() > 8) {
-        file.fail(fmt::format("{} coordinates, expected 3", words.size() - 1));
-      }
+      file.refuse_if(words.size() < 4 || words.size() > 8, "{} coordinates, expected 3", words.size() - 1);
       mesh.points.emplace_back(file.number(words[1], "a coordinate"), file.number(words[2], "a coordinate"),
                                file.number(words[3], "a coordinate"));
     } else if (keyword == "vt") {
-      if (words.size() < 2) {
-        file.fail("no texture coordinates, expected 1 to 3");
-      }
+      file.refuse_if(words.size() < 2, "no texture coordinates, expected 1 to 3");
       textures.emplace_back(file.number(words[1], "a texture coordinate"),
                             words.size() > 2 ? file.number(words[2], "a texture coordinate") : 0);
     } else if (keyword == "f") {
@@ -66,9 +60,7 @@ SurfaceMesh read_obj(const std::string& path) {
           }
         }
       }
-      if (face.size() < 3) {
-        file.fail(fmt::format("a face of {} corners, expected at least 3", face.size()));
-      }
+      file.refuse_if(face.size() < 3, "a face of {} corners, expected at least 3", face.size());
       for (const std::string& name : names) {
         of_group.emplace_back(&mesh.groups[name], &mesh.face_groups[name]);
       }
@@ -82,9 +74,8 @@ SurfaceMesh read_obj(const std::string& path) {
     } else if (keyword == "g") {
       // A name given twice counts once; very many are no list of names, and each takes memory for every face.
       const std::set<std::string_view> different(words.begin() + 1, words.end());
-      if (different.size() > most_groups) {
-        file.fail(fmt::format("{} groups for one face, expected at most {}", different.size(), most_groups));
-      }
+      file.refuse_if(different.size() > most_groups, "{} groups for one face, expected at most {}", different.size(),
+                     most_groups);
       names.assign(different.begin(), different.end());
       of_group.clear();
     } else if (keywords.count(keyword) == 0) {

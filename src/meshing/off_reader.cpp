@@ -83,15 +83,11 @@ SurfaceMesh read_off(const std::string& path) {
   TextFile file(path, /*comments=*/true);
   const std::string_view header = file.next_word("the header OFF");
   const std::size_t off = header.find("OFF");
-  if (off == std::string_view::npos) {
-    file.fail(fmt::format("header '{}', expected OFF", header));
-  }
+  file.refuse_if(off == std::string_view::npos, "header '{}', expected OFF", header);
   BehindPoints behind = behind_points(file, header.substr(0, off));
   const std::string_view joined = header.substr(off + 3);  // the first count, in files of collections in wide use
   const std::string_view first = joined.empty() ? file.next_word("the number of points") : joined;
-  if (first == "BINARY") {
-    file.fail("a binary file, expected OFF as text");
-  }
+  file.refuse_if(first == "BINARY", "a binary file, expected OFF as text");
   // A point takes at least "0 0 0" and a blank, a face "3 0 1 2" and one.
   const int points = file.count(first, "the number of points", 6);
   const int faces = file.next_count("the number of faces", 8);
@@ -107,15 +103,12 @@ SurfaceMesh read_off(const std::string& path) {
   }
   for (int f = 0; f < faces; ++f) {
     const int corners = file.integer(file.next_word("the corners of a face"), "the number of corners");
-    if (corners < 3) {
-      file.fail(fmt::format("face {} has {} corners, expected at least 3", f, corners));
-    }
+    file.refuse_if(corners < 3, "face {} has {} corners, expected at least 3", f, corners);
     std::vector<int>& face = mesh.faces.emplace_back();
     for (int corner = 0; corner < corners; ++corner) {
       const int point = file.next_integer("a point number");
-      if (point < 0 || point >= points) {
-        file.fail(fmt::format("point number {} in face {}, expected one from 0 to {}", point, f, points - 1));
-      }
+      file.refuse_if(point < 0 || point >= points, "point number {} in face {}, expected one from 0 to {}", point, f,
+                     points - 1);
       face.push_back(point);
     }
     file.skip_line();

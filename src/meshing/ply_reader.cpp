@@ -130,9 +130,8 @@ class PlyReader {
     const auto fail_at_line = [this] {
       file_.fail(fmt::format("'{}' in the header, expected a PLY header", file_.words().front()));
     };
-    if (!file_.next_line() || file_.words().front() != "ply") {
-      file_.fail("no 'ply' on the first line, expected a PLY file");
-    }
+    file_.refuse_if(!file_.next_line() || file_.words().front() != "ply",
+                    "no 'ply' on the first line, expected a PLY file");
     while (file_.next_line()) {
       const std::vector<std::string_view>& words = file_.words();
       if (words[0] == "end_header") {
@@ -145,15 +144,12 @@ class PlyReader {
                                                                 {"binary_little_endian", Format::little_endian},
                                                                 {"binary_big_endian", Format::big_endian}};
         const auto format = formats.find(words[1]);
-        if (format == formats.end()) {
-          file_.fail(fmt::format("format '{}', expected ascii, binary_little_endian or binary_big_endian", words[1]));
-        }
+        file_.refuse_if(format == formats.end(),
+                        "format '{}', expected ascii, binary_little_endian or binary_big_endian", words[1]);
         format_ = format->second;
       } else if (words[0] == "element" && words.size() == 3) {
         const auto same = [&words](const Element& element) { return element.name == words[1]; };
-        if (std::any_of(elements_.begin(), elements_.end(), same)) {
-          file_.fail(fmt::format("element {} a second time", words[1]));
-        }
+        file_.refuse_if(std::any_of(elements_.begin(), elements_.end(), same), "element {} a second time", words[1]);
         elements_.push_back({std::string(words[1]), file_.count(words[2], "a count", 1), {}});
       } else if (words[0] == "property" && !elements_.empty() &&
                  (words.size() == 3 || (words.size() == 5 && words[1] == "list"))) {
@@ -166,9 +162,8 @@ class PlyReader {
         }
         const Property property{role_of(element.name, words.back(), is_list), type->second,
                                 is_list ? std::optional(count_type->second) : std::nullopt};
-        if (property.role != Role::none && element.has(property.role)) {
-          file_.fail(fmt::format("property {} of element {} a second time", words.back(), element.name));
-        }
+        file_.refuse_if(property.role != Role::none && element.has(property.role),
+                        "property {} of element {} a second time", words.back(), element.name);
         element.properties.push_back(property);
         element.has_role[static_cast<std::size_t>(property.role)] = true;
       } else if (words[0] != "comment" && words[0] != "obj_info") {
@@ -186,18 +181,15 @@ class PlyReader {
         // As text a digit and a blank; an empty list has only its count.
         bytes += format_ == Format::ascii ? 2 : property.count_type.value_or(property.type).size;
       }
-      if (element.count > 0 && bytes == 0) {
-        file_.fail(fmt::format("element {} has no properties, expected some", element.name));
-      }
+      file_.refuse_if(element.count > 0 && bytes == 0, "element {} has no properties, expected some", element.name);
       if (element.count > 0) {
         file_.count(std::to_string(element.count), ("the number of items of element " + element.name).c_str(), bytes);
       }
-      if (element.name == "vertex" && !(element.has(Role::x) && element.has(Role::y) && element.has(Role::z))) {
-        file_.fail("element vertex without properties x, y and z");
-      }
-      if ((element.name == "face" || element.name == "tristrips") && !element.has(Role::corners)) {
-        file_.fail(fmt::format("element {} without a list vertex_indices", element.name));
-      }
+      file_.refuse_if(
+          element.name == "vertex" && !(element.has(Role::x) && element.has(Role::y) && element.has(Role::z)),
+          "element vertex without properties x, y and z");
+      file_.refuse_if((element.name == "face" || element.name == "tristrips") && !element.has(Role::corners),
+                      "element {} without a list vertex_indices", element.name);
     }
   }
 

@@ -18,28 +18,21 @@ namespace {
 
 /// Checks the result of a reader.
 void check_numbers(const SurfaceMesh& mesh, const std::string& path) {
-  if (mesh.points.empty() || mesh.faces.empty()) {
-    throw Error(fmt::format("{}: {} points and {} polygons, expected a surface mesh", path, mesh.points.size(),
-                            mesh.faces.size()));
-  }
+  refuse_if(mesh.points.empty() || mesh.faces.empty(), "{}: {} points and {} polygons, expected a surface mesh", path,
+            mesh.points.size(), mesh.faces.size());
   require_coordinates(mesh, path);
   const int points = static_cast<int>(mesh.points.size());
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
-    if (mesh.faces[f].size() < 3) {
-      throw Error(fmt::format("{}: face {} has {} corners, expected at least 3", path, f, mesh.faces[f].size()));
-    }
+    refuse_if(mesh.faces[f].size() < 3, "{}: face {} has {} corners, expected at least 3", path, f,
+              mesh.faces[f].size());
     for (const int point : mesh.faces[f]) {
-      if (point < 0 || point >= points) {
-        throw Error(
-            fmt::format("{}: face {} names point {}, expected a number from 0 to {}", path, f, point, points - 1));
-      }
+      refuse_if(point < 0 || point >= points, "{}: face {} names point {}, expected a number from 0 to {}", path, f,
+                point, points - 1);
     }
   }
   for (std::size_t f = 0; f < mesh.uv.size(); ++f) {
     for (const Eigen::Vector2d& uv : mesh.uv[f]) {
-      if (!uv.allFinite()) {
-        throw Error(fmt::format("{}: face {} has a texture coordinate that is not finite", path, f));
-      }
+      refuse_if(!uv.allFinite(), "{}: face {} has a texture coordinate that is not finite", path, f);
     }
   }
 }
@@ -100,9 +93,7 @@ SurfaceMesh read_mesh(const std::string& path) {
     throw Error(fmt::format("{}: unknown ending '{}', expected one of{}", path, ending, known));
   }
   std::error_code ignored;
-  if (!std::filesystem::is_regular_file(path, ignored)) {
-    throw Error(path + ": no such file");
-  }
+  refuse_if(!std::filesystem::is_regular_file(path, ignored), "{}: no such file", path);
   // A face takes more bytes in memory than in any of the files.
   constexpr double bytes_of_a_byte = 3;
   const auto size = static_cast<double>(std::filesystem::file_size(path, ignored));

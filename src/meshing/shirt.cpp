@@ -252,11 +252,9 @@ void span(SurfaceMesh& mesh, const std::vector<Hold>& holds) {
 }  // namespace
 
 SurfaceMesh shirt_mesh(std::array<int, 2> cells, std::array<double, 2> size) {
-  if (cells[0] < 8 || cells[1] < 8 || !(size[0] > 0 && size[1] > 0)) {
-    throw Error(
-        fmt::format("a shirt of {} x {} cells and {:g} m x {:g} m, expected at least 8 x 8 cells and sizes above 0",
-                    cells[0], cells[1], size[0], size[1]));
-  }
+  refuse_if(cells[0] < 8 || cells[1] < 8 || !(size[0] > 0 && size[1] > 0),
+            "a shirt of {} x {} cells and {:g} m x {:g} m, expected at least 8 x 8 cells and sizes above 0", cells[0],
+            cells[1], size[0], size[1]);
   require_mesh_size(fmt::format("a shirt of {} x {} cells", cells[0], cells[1]),
                     2.0 * cells[0] * cells[1]);  // front and back, without the sleeves
   const Cut cut(cells);

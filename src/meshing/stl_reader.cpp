@@ -1,5 +1,3 @@
-#include <fmt/format.h>
-
 #include <array>
 #include <cstdint>
 #include <cstring>
@@ -30,9 +28,8 @@ SurfaceMesh read_binary(const std::string& path, const std::string& content) {
     std::memcpy(&facets, content.data() + 80, sizeof facets);
   }
   const std::size_t expected = head + of_facet * static_cast<std::size_t>(facets);
-  if (content.size() < expected) {
-    throw Error(fmt::format("{}: {} bytes, expected {} for {} facets", path, content.size(), expected, facets));
-  }
+  refuse_if(content.size() < expected, "{}: {} bytes, expected {} for {} facets", path, content.size(), expected,
+            facets);
   SurfaceMesh mesh;
   for (std::size_t begin = head; begin < expected; begin += of_facet) {
     std::array<float, 9> numbers{};
@@ -50,9 +47,7 @@ SurfaceMesh read_binary(const std::string& path, const std::string& content) {
 SurfaceMesh read_text(TextFile& file) {
   const auto expect = [&file](const char* keyword) {
     const std::string_view word = file.next_word(keyword);
-    if (in_lower_case(word) != keyword) {
-      file.fail(fmt::format("'{}', expected {}", word, keyword));
-    }
+    file.refuse_if(in_lower_case(word) != keyword, "'{}', expected {}", word, keyword);
   };
   const auto next = [&file] { return in_lower_case(file.next_word("facet or endsolid")); };
   SurfaceMesh mesh;
@@ -60,9 +55,7 @@ SurfaceMesh read_text(TextFile& file) {
     expect("solid");
     file.skip_line();
     for (std::string word = next(); word != "endsolid"; word = next()) {
-      if (word != "facet") {
-        file.fail(fmt::format("'{}', expected facet or endsolid", word));
-      }
+      file.refuse_if(word != "facet", "'{}', expected facet or endsolid", word);
       while (in_lower_case(file.next_word("outer loop")) != "outer") {  // The normal follows from the corners.
       }
       expect("loop");

@@ -1,6 +1,5 @@
 #include "meshing/surface_mesh.h"
 
-#include <fmt/format.h>
 #include <petscsys.h>
 
 #include <algorithm>
@@ -19,9 +18,7 @@ namespace pellicle::meshing {
 void require_mesh_size(const std::string& what, double faces) {
   // A quad brings a vertex, ten springs and four triangles, which are numbered over all ranks.
   constexpr double most_faces = PETSC_MAX_INT / 16;
-  if (!(faces <= most_faces)) {
-    throw Error(fmt::format("{}: {:g} faces, expected at most {:g}", what, faces, most_faces));
-  }
+  refuse_if(!(faces <= most_faces), "{}: {:g} faces, expected at most {:g}", what, faces, most_faces);
   // Until the mesh is distributed each face takes at least so many bytes (measured: a triangle 630, a quad 1500). A run
   // takes several times as much, spread over the ranks.
   constexpr double bytes_of_a_face = 600;
@@ -161,11 +158,9 @@ int keep_faces(SurfaceMesh& mesh, const std::vector<int>& stands) {
 
 int weld(SurfaceMesh& mesh, double distance) {
   DisjointSets sets = equal_points(mesh.points);
-  if (distance > 0 && !unite_near_points(sets, mesh.points, distance)) {
-    throw Error(
-        fmt::format("mesh.merge_distance: very many points lie within {} m of each other, expected a shorter distance",
-                    number_text(distance)));
-  }
+  refuse_if(distance > 0 && !unite_near_points(sets, mesh.points, distance),
+            "mesh.merge_distance: very many points lie within {} m of each other, expected a shorter distance",
+            number_text(distance));
   std::vector<int> stands;
   for (std::size_t i = 0; i < mesh.points.size(); ++i) {
     stands.push_back(static_cast<int>(sets.find(i)));

@@ -56,9 +56,7 @@ std::string_view TextFile::take_line() {
   next_ = std::min(end + (ends_with_both ? 2 : 1), content_.size());
   ++line_number_;
   const std::string_view line = std::string_view(content_).substr(begin, end - begin);
-  if (line.find('\0') != std::string_view::npos) {
-    fail("a zero byte, expected text");
-  }
+  refuse_if(line.find('\0') != std::string_view::npos, "a zero byte, expected text");
   return line.substr(0, comments_ ? line.find('#') : std::string_view::npos);
 }
 
@@ -113,9 +111,8 @@ double TextFile::number(std::string_view word, const char* expected) const {
   const auto [stop, code] = std::from_chars(begin, end, value);
   // A value too small for a double is as good as zero; one too large is an error.
   const bool underflow = code == std::errc::result_out_of_range && std::abs(std::strtod(begin, nullptr)) < 1;
-  if ((code != std::errc() && !underflow) || stop != end || !std::isfinite(value)) {
-    fail(fmt::format("'{}', expected {} (a finite number)", word, expected));
-  }
+  refuse_if((code != std::errc() && !underflow) || stop != end || !std::isfinite(value),
+            "'{}', expected {} (a finite number)", word, expected);
   return value;
 }
 
@@ -124,21 +121,17 @@ int TextFile::integer(std::string_view word, const char* expected) const {
   const char* begin = word.data() + (word.size() > 1 && word.front() == '+' && word[1] != '-' ? 1 : 0);
   const char* end = word.data() + word.size();
   const auto [stop, code] = std::from_chars(begin, end, value);
-  if (code == std::errc::result_out_of_range && stop == end) {
-    fail(fmt::format("'{}', expected {} (an integer of at most {})", word, expected, std::numeric_limits<int>::max()));
-  }
-  if (code != std::errc() || stop != end) {
-    fail(fmt::format("'{}', expected {} (an integer)", word, expected));
-  }
+  refuse_if(code == std::errc::result_out_of_range && stop == end, "'{}', expected {} (an integer of at most {})", word,
+            expected, std::numeric_limits<int>::max());
+  refuse_if(code != std::errc() || stop != end, "'{}', expected {} (an integer)", word, expected);
   return value;
 }
 
 int TextFile::count(std::string_view word, const char* expected, std::size_t bytes) const {
   const int value = integer(word, expected);
-  if (value < 0 || static_cast<std::size_t>(value) > content_.size() / bytes) {
-    fail(fmt::format("'{}', expected {}, 0 to {} in a file of {} bytes", word, expected, content_.size() / bytes,
-                     content_.size()));
-  }
+  refuse_if(value < 0 || static_cast<std::size_t>(value) > content_.size() / bytes,
+            "'{}', expected {}, 0 to {} in a file of {} bytes", word, expected, content_.size() / bytes,
+            content_.size());
   return value;
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <fmt/core.h>
+
 #include <Eigen/Core>
 #include <cstddef>
 #include <set>
@@ -52,6 +54,13 @@ class TextFile {
   int count(std::string_view word, const char* expected, std::size_t bytes) const;
   /// @throws Error "FILE:LINE: message".
   [[noreturn]] void fail(const std::string& message) const;
+  /// @throws Error as `fail` with a text in fmt's format, if something is wrong. The values are evaluated in any case.
+  template <class... Values>
+  void refuse_if(bool is_wrong, fmt::format_string<const Values&...> text, const Values&... values) const {
+    if (is_wrong) {
+      fail(fmt::format(text, values...));
+    }
+  }
 
  private:
   std::string_view take_line();

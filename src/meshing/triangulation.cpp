@@ -1,7 +1,5 @@
 #include "meshing/triangulation.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 
 #include "base/error.h"
@@ -46,11 +44,9 @@ SurfaceMesh triangulated(const SurfaceMesh& mesh) {
     first_triangle.push_back(static_cast<int>(result.faces.size()));
     const std::vector<int>& face = mesh.faces[f];
     const std::vector<Corners> triangles = split_face(mesh, f);
-    if (triangles.empty()) {
-      throw Error(
-          fmt::format("face {}: a polygon of {} corners that cannot be split into triangles, expected a simple one",
-                      mesh.id_of_face(static_cast<int>(f)), face.size()));
-    }
+    refuse_if(triangles.empty(),
+              "face {}: a polygon of {} corners that cannot be split into triangles, expected a simple one",
+              mesh.id_of_face(static_cast<int>(f)), face.size());
     for (const auto& [a, b, c] : triangles) {
       result.faces.push_back({face[a], face[b], face[c]});
       if (!mesh.uv.empty()) {

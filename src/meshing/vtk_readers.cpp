@@ -114,11 +114,9 @@ void check_cells(vtkDataSet* data, const std::string& path, bool is_legacy) {
     double last = 0;
     for (vtkIdType k = 0; cells->GetNumberOfCells() > 0 && k <= cells->GetNumberOfCells(); ++k) {
       const double offset = cells->GetOffsetsArray()->GetComponent(k, 0);
-      if (!(offset >= last && offset <= static_cast<double>(corners))) {
-        throw Error(fmt::format(
-            "{}: the corners of cell {} begin at place {:f} of {}, expected one behind those of the cell before", path,
-            k, offset, corners));
-      }
+      refuse_if(!(offset >= last && offset <= static_cast<double>(corners)),
+                "{}: the corners of cell {} begin at place {:f} of {}, expected one behind those of the cell before",
+                path, k, offset, corners);
       last = offset;
     }
     found.cells += cells->GetNumberOfCells();
@@ -129,13 +127,11 @@ void check_cells(vtkDataSet* data, const std::string& path, bool is_legacy) {
     return;
   }
   const CellCounts announced = announced_cells(path);
-  if (found.types != announced.types) {
-    throw Error(fmt::format("{}: CELL_TYPES of {} cells, expected {}", path, announced.types, found.types));
-  }
-  if (found.cells != announced.cells || found.corners != announced.corners) {
-    throw Error(fmt::format("{}: {} cells with {} corners, expected {} with {}, as the file announces", path,
-                            found.cells, found.corners, announced.cells, announced.corners));
-  }
+  refuse_if(found.types != announced.types, "{}: CELL_TYPES of {} cells, expected {}", path, announced.types,
+            found.types);
+  refuse_if(found.cells != announced.cells || found.corners != announced.corners,
+            "{}: {} cells with {} corners, expected {} with {}, as the file announces", path, found.cells,
+            found.corners, announced.cells, announced.corners);
 }
 
 /// Number of corners of a surface cell, which are its first points; 0: no surface cell that can be read.
@@ -185,9 +181,7 @@ SurfaceMesh extract(vtkDataSet* data, const std::string& path) {
     if (count == 0 && dimension_of(type) > 1) {
       const std::string words = fmt::format("{}: cell {} is a {} (type {}), expected polygons", path, cell,
                                             vtkCellTypes::GetClassNameFromTypeId(type), type);
-      if (dimension_of(type) == 2) {
-        throw Error(words);
-      }
+      refuse_if(dimension_of(type) == 2, "{}", words);
       no_face = left_out.volumes == 0 ? words : no_face;
       ++left_out.volumes;
     }
@@ -198,10 +192,9 @@ SurfaceMesh extract(vtkDataSet* data, const std::string& path) {
     for (vtkIdType k = 0; k < count; ++k) {
       const vtkIdType point = points->GetId(k);
       // Before it becomes an int, which is shorter.
-      if (point < 0 || point >= data->GetNumberOfPoints()) {
-        throw Error(fmt::format("{}: face {} names point {}, expected a number from 0 to {}", path, mesh.faces.size(),
-                                point, data->GetNumberOfPoints() - 1));
-      }
+      refuse_if(point < 0 || point >= data->GetNumberOfPoints(),
+                "{}: face {} names point {}, expected a number from 0 to {}", path, mesh.faces.size(), point,
+                data->GetNumberOfPoints() - 1);
       corners.push_back(static_cast<int>(point));
     }
     if (type == VTK_PIXEL) {
@@ -217,9 +210,7 @@ SurfaceMesh extract(vtkDataSet* data, const std::string& path) {
       mesh.face_fields[name].resize(mesh.faces.size(), array->GetComponent(cell, 0));
     }
   }
-  if (mesh.faces.empty() && left_out.volumes > 0) {
-    throw Error(no_face);
-  }
+  refuse_if(mesh.faces.empty() && left_out.volumes > 0, "{}", no_face);
   left_out.say(mesh);
   if (uv != nullptr) {
     std::vector<Eigen::Vector2d> uv_of_points;
@@ -241,13 +232,9 @@ SurfaceMesh read_with(const std::string& path) {
     vtkLogger::SetStderrVerbosity(vtkLogger::VERBOSITY_OFF);
     reader->SetFileName(path.c_str());
     reader->Update();
-    if (!catcher->messages.empty()) {
-      throw Error(path + ": VTK cannot read it: " + sentence(catcher->messages));
-    }
+    refuse_if(!catcher->messages.empty(), "{}: VTK cannot read it: {}", path, sentence(catcher->messages));
     auto* data = vtkDataSet::SafeDownCast(reader->GetOutputDataObject(0));
-    if (data == nullptr) {
-      throw Error(path + ": VTK finds no data set in it");
-    }
+    refuse_if(data == nullptr, "{}: VTK finds no data set in it", path);
     check_cells(data, path, std::is_same_v<Reader, vtkDataSetReader>);
     return extract(data, path);
   });

@@ -84,6 +84,12 @@ TEST(ErrorMessage, IsOneReadableLineWhateverItQuotes) {
   EXPECT_NE(message.find("999; expected an integer"), std::string::npos);
 }
 
+TEST(RefuseIf, ThrowsTheFormattedTextIfSomethingIsWrong) {
+  EXPECT_EQ(error_of([] { refuse_if(false, "{} cells", 3); }), "");
+  EXPECT_EQ(error_of([] { refuse_if(true, "{} cells of {:g} m in '{}'", 3, 0.5, "a.off"); }),
+            "3 cells of 0.5 m in 'a.off'");
+}
+
 TEST(Check, AFailureNamesTheCodeAndThePlace) {
   check(0);
   try {
