@@ -1,7 +1,6 @@
 #include "geometry/deepest_point.h"
 
 #include <algorithm>
-#include <cmath>
 #include <vector>
 
 #include "geometry/nearest_points.h"

@@ -50,21 +50,6 @@ IsotropicRemesher::IsotropicRemesher(const SurfaceMesh& mesh, const ImplicitSurf
   }
 }
 
-std::array<int, 4> IsotropicRemesher::corners(int h) const {
-  return {from_[h], to(h), from_[previous(h)], from_[previous(twin_[h])]};
-}
-
-void IsotropicRemesher::pair(int h, int twin) {
-  twin_[h] = twin;
-  twin_[twin] = h;
-}
-
-bool IsotropicRemesher::joined(int a, int b) const {
-  bool found = false;
-  for_each_spoke(a, [&](int h) { found = found || to(h) == b; });
-  return found;
-}
-
 double IsotropicRemesher::smallest_angle(int a, int b, int c) const {
   const double double_area = 2 * area_vector(a, b, c).norm();
   const auto product = [&](int at, int one, int other) {

@@ -45,7 +45,7 @@ class IsotropicRemesher {
   bool alive(int h) const { return from_[h] >= 0; }
   /// The points of the two triangles at the edge of a half-edge: its ends a and b, and c and d at its side and its
   /// twin's.
-  std::array<int, 4> corners(int h) const;
+  std::array<int, 4> corners(int h) const { return {from_[h], to(h), from_[previous(h)], from_[previous(twin_[h])]}; }
   double length(int h) const { return (points_[to(h)] - points_[from_[h]]).norm(); }
   double mean_edge_length() const;
   Eigen::Vector3d area_vector(int a, int b, int c) const {
@@ -72,9 +72,16 @@ class IsotropicRemesher {
       h = twin_[previous(h)];
     } while (h != first);
   }
-  bool joined(int a, int b) const;
+  bool joined(int a, int b) const {
+    bool found = false;
+    for_each_spoke(a, [&](int h) { found = found || to(h) == b; });
+    return found;
+  }
 
-  void pair(int h, int twin);
+  void pair(int h, int twin) {
+    twin_[h] = twin;
+    twin_[twin] = h;
+  }
   bool is_longest(int h) const;
   void split(int h);
   bool collapse(int h, double longest);

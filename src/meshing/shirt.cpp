@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/sorting.h"
 #include "geometry/pi.h"
 #include "meshing/generators.h"
 
@@ -66,14 +67,13 @@ class Cut {
         for (int i = -sleeve; i <= across + sleeve; ++i) {
           if (is_cell(side, i, j) || is_cell(side, i - 1, j) || is_cell(side, i, j - 1) ||
               is_cell(side, i - 1, j - 1)) {
-            number_[side](i + sleeve, j) = side == back && is_seam(i, j) ? point(front, i, j) : points_++;
+            number_[side](i + sleeve, j) = side == back && is_seam(i, j) ? point(front, i, j) : points++;
           }
         }
       }
     }
   }
 
-  int points() const { return points_; }
   int width() const { return across + 2 * sleeve; }
   /// Point at a node, or -1.
   int point(Side side, int i, int j) const { return number_[side](i + sleeve, j); }
@@ -91,6 +91,7 @@ class Cut {
   const int armpit;
   const int shoulder;
   const std::array<int, 2> neck_depth;  ///< of each side
+  int points = 0;
 
  private:
   static int fraction(double part, int whole) { return std::max(1, static_cast<int>(std::lround(part * whole))); }
@@ -101,14 +102,13 @@ class Cut {
     return at_side || under_sleeve || on_top;
   }
 
-  int points_ = 0;
   std::array<Eigen::ArrayXXi, 2> number_;  ///< of the points of each side
 };
 
 /// Front and back sewn together; the points have no place yet.
 SurfaceMesh sew(const Cut& cut) {
   SurfaceMesh mesh;
-  mesh.points.resize(cut.points(), Eigen::Vector3d::Zero());
+  mesh.points.resize(cut.points, Eigen::Vector3d::Zero());
   for (const Cut::Side side : {Cut::front, Cut::back}) {
     for (int j = 0; j < cut.up; ++j) {
       for (int i = -cut.sleeve; i < cut.across + cut.sleeve; ++i) {
@@ -146,9 +146,8 @@ std::vector<Hold> fit(SurfaceMesh& mesh, const Cut& cut, double width, double he
   };
   const auto hold_rim = [&](int point, const Vector& place, const char* group) {
     mesh.points[point] = place;
-    if (std::exchange(holds[point], Hold::rim) != Hold::rim) {
-      mesh.groups[group].push_back(point);
-    }
+    holds[point] = Hold::rim;
+    mesh.groups[group].push_back(point);
   };
   const double cell = width / cut.across;
   const double row = height / cut.up;
@@ -206,7 +205,7 @@ std::vector<Hold> fit(SurfaceMesh& mesh, const Cut& cut, double width, double he
     mesh.groups["shoulders"].insert(mesh.groups["shoulders"].end(), {left, right});
   }
   for (auto& group : mesh.groups) {
-    std::sort(group.second.begin(), group.second.end());
+    group.second = without_repeats(std::move(group.second));
   }
   return holds;
 }
