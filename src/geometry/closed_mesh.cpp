@@ -1,5 +1,3 @@
-#include "geometry/closed_mesh.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -8,6 +6,7 @@
 #include <utility>
 
 #include "geometry/nearest_points.h"
+#include "geometry/solids.h"
 
 namespace pellicle::geometry {
 

@@ -205,9 +205,9 @@ std::string Blobs::idle_cut(const std::vector<Eigen::Vector3d>& surface_points) 
 SurfaceMesh blobs_mesh(const std::map<std::string, BlobOptions>& blobs, int vertices) {
   const Blobs solids(blobs);
   SurfaceMesh mesh = implicit_surface_mesh({std::cref(solids), solids.bounds()}, vertices, "mesh.blobs");
-  if (const std::string idle = solids.idle_cut(mesh.points); !idle.empty()) {
-    throw Error("mesh.blobs." + idle + ": there is nothing to subtract it from, expected a solid that cuts the others");
-  }
+  const std::string idle = solids.idle_cut(mesh.points);
+  refuse_if(!idle.empty(), "mesh.blobs.{}: there is nothing to subtract it from, expected a solid that cuts the others",
+            idle);
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3d& point : mesh.points) {
     box.extend(point);

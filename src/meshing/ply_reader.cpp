@@ -10,7 +10,6 @@
 #include <map>
 #include <optional>
 
-#include "base/error.h"
 #include "base/units.h"
 #include "meshing/format_readers.h"
 #include "meshing/text_file.h"
@@ -102,11 +101,11 @@ int to_point(double value) {
 /// Reads the header, and then its elements one after the other.
 class PlyReader {
  public:
-  explicit PlyReader(const std::string& path) : path_(path), file_(path) {}
+  explicit PlyReader(const std::string& path) : file_(path) {}
 
   SurfaceMesh read() {
     read_header();
-    at_ = file_.position();
+    at_ = format_ == Format::ascii ? 0 : file_.end_text();
     for (const Element& element : elements_) {
       for (int item = 0; item < element.count; ++item) {
         read_item(element, item);
@@ -212,10 +211,9 @@ class PlyReader {
     }
     if (element.has(Role::texture)) {
       const std::vector<double>& texture = numbers_of(Role::texture);
-      if (texture.size() % 2 != 0) {
-        fail(fmt::format("face {} has {} numbers as texture coordinates, expected two for each corner", item,
-                         texture.size()));
-      }
+      file_.refuse_if(texture.size() % 2 != 0,
+                      "face {} has {} numbers as texture coordinates, expected two for each corner", item,
+                      texture.size());
       mesh_.uv.resize(mesh_.faces.size());
       for (std::size_t k = 0; k < texture.size(); k += 2) {
         mesh_.uv.back().emplace_back(texture[k], texture[k + 1]);
@@ -225,9 +223,8 @@ class PlyReader {
 
   void read_property(const Property& property, std::vector<double>& numbers) {
     const double count = property.count_type ? next(*property.count_type) : 1;
-    if (!(count >= 0 && std::floor(count) == count)) {
-      fail(fmt::format("a list of {:g} numbers, expected a whole number", count));
-    }
+    file_.refuse_if(!(count >= 0 && std::floor(count) == count), "a list of {:g} numbers, expected a whole number",
+                    count);
     numbers.clear();
     while (static_cast<double>(numbers.size()) < count) {
       numbers.push_back(next(property.type));
@@ -239,9 +236,8 @@ class PlyReader {
     if (format_ == Format::ascii) {
       return file_.next_number("a number");
     }
-    if (type.size > file_.content().size() - at_) {
-      fail("ends too early, expected as many numbers as its header says");
-    }
+    file_.refuse_if(type.size > file_.content().size() - at_,
+                    "ends too early, expected as many numbers as its header says");
     const char* bytes = file_.content().data() + at_;
     at_ += type.size;
     return type.read(bytes, format_ == Format::big_endian);
@@ -255,7 +251,8 @@ class PlyReader {
         add_strip(mesh_, strip);
         strip.clear();
       } else if (to_point(number) < 0) {
-        fail(fmt::format("a strip names point {}, expected a point number, or -1 between strips", number_text(number)));
+        file_.fail(
+            fmt::format("a strip names point {}, expected a point number, or -1 between strips", number_text(number)));
       } else {
         strip.push_back(to_point(number));
       }
@@ -267,15 +264,6 @@ class PlyReader {
   std::vector<double>& numbers_of(Role role) { return numbers_[static_cast<std::size_t>(role)]; }
   double number_of(Role role) { return numbers_of(role).front(); }
 
-  /// @throws Error; text has a line to name
-  [[noreturn]] void fail(const std::string& message) const {
-    if (format_ == Format::ascii) {
-      file_.fail(message);
-    }
-    throw Error(path_ + ": " + message);
-  }
-
-  std::string path_;
   TextFile file_;
   Format format_ = Format::ascii;
   std::vector<Element> elements_;

@@ -136,7 +136,7 @@ int TextFile::count(std::string_view word, const char* expected, std::size_t byt
 }
 
 void TextFile::fail(const std::string& message) const {
-  throw Error(fmt::format("{}:{}: {}", path_, line_number_, message));
+  throw Error(fmt::format("{}{}: {}", path_, is_text_ ? fmt::format(":{}", line_number_) : "", message));
 }
 
 }  // namespace pellicle::meshing

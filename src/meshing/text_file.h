@@ -33,8 +33,11 @@ class TextFile {
   std::size_t words_left() const { return words_.size() - used_; }
   /// The whole file, as bytes: of some formats only the beginning is text.
   const std::string& content() const { return content_; }
-  /// Position in the file of the line after the present one [bytes].
-  std::size_t position() const { return next_; }
+  /// Ends the text with the present line: errors name no line from then on. @returns where the bytes behind it begin
+  std::size_t end_text() {
+    is_text_ = false;
+    return next_;
+  }
 
   // The next word, of any line, as a word or as a number. @throws Error at the end of the file, which names what was
   // `expected`, and as for numbers that are given as words.
@@ -52,7 +55,7 @@ class TextFile {
   /// A number of items, each of which takes at least `bytes` of the file, so that a wrong count is found before
   /// anything is allocated for it. @throws Error naming file, line, word and `expected`.
   int count(std::string_view word, const char* expected, std::size_t bytes) const;
-  /// @throws Error "FILE:LINE: message".
+  /// @throws Error "FILE:LINE: message", or "FILE: message" behind the text
   [[noreturn]] void fail(const std::string& message) const;
   /// @throws Error as `fail` with a text in fmt's format, if something is wrong. The values are evaluated in any case.
   template <class... Values>
@@ -74,6 +77,7 @@ class TextFile {
   std::vector<std::string_view> words_;
   std::size_t used_ = 0;
   int line_number_ = 0;
+  bool is_text_ = true;
 };
 
 }  // namespace pellicle::meshing
