@@ -66,14 +66,13 @@ std::string fault_of_key_points(const std::vector<std::vector<double>>& rows, co
   return "";
 }
 
-std::string fault_of_motion(const std::vector<std::vector<double>>& path, const Eigen::Vector3d& velocity) {
+std::string fault_of_motion(const std::vector<std::vector<double>>& path, const Eigen::Vector3d& velocity,
+                            const char* path_key, const char* velocity_key) {
   if (const std::string fault = fault_of_key_points(path); !fault.empty()) {
-    return ".path: " + fault;
+    return fmt::format(".{}: {}", path_key, fault);
   }
-  if (!path.empty() && !velocity.isZero(0)) {
-    return ": both path and velocity given, expected one of them";
-  }
-  return "";
+  const bool are_both_given = !path.empty() && !velocity.isZero(0);
+  return are_both_given ? fmt::format(": both {} and {} given, expected one of them", path_key, velocity_key) : "";
 }
 
 Eigen::Vector3d place_of_motion(const std::vector<std::vector<double>>& path, const Eigen::Vector3d& velocity,

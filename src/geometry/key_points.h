@@ -25,7 +25,8 @@ std::string fault_of_key_points(const std::vector<std::vector<double>>& rows,
 
 /// Message if a motion along a path, or else at a constant velocity, is invalid; otherwise empty. It follows the key of
 /// the moving object: ".path: key point 2 ..." or ": both path and velocity given, ...".
-std::string fault_of_motion(const std::vector<std::vector<double>>& path, const Eigen::Vector3d& velocity);
+std::string fault_of_motion(const std::vector<std::vector<double>>& path, const Eigen::Vector3d& velocity,
+                            const char* path_key = "path", const char* velocity_key = "velocity");
 
 /// Place at `time` [s] of a motion along a path, or else velocity times time [m].
 Eigen::Vector3d place_of_motion(const std::vector<std::vector<double>>& path, const Eigen::Vector3d& velocity,

@@ -37,16 +37,9 @@ Pose RigidMotion::at(double time) const {
 }
 
 std::string fault_of(const RigidMotion& motion) {
-  if (const std::string fault = fault_of_motion(motion.path, motion.velocity); !fault.empty()) {
-    return fault;
-  }
-  if (const std::string fault = fault_of_key_points(motion.rotation); !fault.empty()) {
-    return ".rotation: " + fault;
-  }
-  if (!motion.rotation.empty() && !motion.angular_velocity.isZero(0)) {
-    return ": both rotation and angular_velocity given, expected one of them";
-  }
-  return "";
+  const std::string fault = fault_of_motion(motion.path, motion.velocity);
+  return fault.empty() ? fault_of_motion(motion.rotation, motion.angular_velocity, "rotation", "angular_velocity")
+                       : fault;
 }
 
 }  // namespace pellicle::geometry

@@ -507,6 +507,7 @@ void require_coordinates(const SurfaceMesh& mesh, const std::string& name) {
 }
 
 void measure_rounding(const SurfaceMesh& mesh, MeshReport& report) {
+  require_coordinates(mesh, report.name);
   double farthest = 0;
   double sum = 0;
   double sides = 0;
@@ -530,7 +531,6 @@ void measure_rounding(const SurfaceMesh& mesh, MeshReport& report) {
 }
 
 MeshReport check_and_repair(SurfaceMesh& mesh, const std::string& name, std::optional<double> merge_distance) {
-  require_coordinates(mesh, name);
   MeshReport report;
   report.name = name;
   measure_rounding(mesh, report);

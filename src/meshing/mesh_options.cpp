@@ -145,7 +145,6 @@ CheckedMesh make_checked_mesh(const MeshOptions& options) {
   for (Eigen::Vector3d& point : mesh.points) {
     point = options.shift + factor * (point - options.shift);
   }
-  require_coordinates(mesh, options.name());
   measure_rounding(mesh, report);
   report.volume = *options.volume;
   report.area *= factor * factor;
