@@ -29,7 +29,8 @@ SurfaceMesh read_obj(const std::string& path) {
       "maplib", "bevel", "lod", "mg", "l",  "p", "c_interp", "d_interp", "shadow_obj", "trace_obj"};
   SurfaceMesh mesh;
   std::vector<Eigen::Vector2d> textures;
-  std::set<std::string> groups;  // of the faces that follow
+  std::vector<std::string> names;                                         // of the groups of the faces that follow
+  std::vector<std::pair<std::vector<int>*, std::vector<int>*>> of_group;  // their points and faces, once one has
   TextFile file(path, /*comments=*/true, keywords);
   while (file.next_line()) {
     const std::vector<std::string_view>& words = file.words();
@@ -60,18 +61,23 @@ SurfaceMesh read_obj(const std::string& path) {
         }
       }
       file.refuse_if(face.size() < 3, "a face of {} corners, expected at least 3", face.size());
-      for (const std::string& name : groups) {
-        std::vector<int>& points = mesh.groups[name];
-        points.insert(points.end(), face.begin(), face.end());
-        mesh.face_groups[name].push_back(static_cast<int>(mesh.faces.size()));
+      for (const std::string& name : names) {
+        of_group.emplace_back(&mesh.groups[name], &mesh.face_groups[name]);
+      }
+      names.clear();
+      for (const auto& [points, faces] : of_group) {
+        points->insert(points->end(), face.begin(), face.end());
+        faces->push_back(static_cast<int>(mesh.faces.size()));
       }
       mesh.faces.push_back(std::move(face));
       mesh.uv.push_back(std::move(uv));
     } else if (keyword == "g") {
       // A name given twice counts once; very many are no list of names, and each takes memory for every face.
-      groups = std::set<std::string>(words.begin() + 1, words.end());
-      file.refuse_if(groups.size() > most_groups, "{} groups for one face, expected at most {}", groups.size(),
+      const std::set<std::string_view> different(words.begin() + 1, words.end());
+      file.refuse_if(different.size() > most_groups, "{} groups for one face, expected at most {}", different.size(),
                      most_groups);
+      names.assign(different.begin(), different.end());
+      of_group.clear();
     } else if (keywords.count(keyword) == 0) {
       file.fail(fmt::format("keyword '{}', expected v, vt, f or g", keyword));
     }
