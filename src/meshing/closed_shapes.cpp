@@ -18,10 +18,6 @@ void require_above_0(double value, const char* what) {
   refuse_if(!(value > 0), "{} of {:f} m, expected above 0", what, value);
 }
 
-void require_level(int level, const char* what) {
-  refuse_if(level < 0 || level > 9, "{} of level {}, expected 0 to 9", what, level);
-}
-
 /// Longitude of each corner as u, `height` of its point as v.
 template <class Height>
 void wrap_uv(SurfaceMesh& mesh, const Height& height) {
@@ -64,7 +60,7 @@ SurfaceMesh icosahedron() {
 }
 
 SurfaceMesh unit_icosphere(int level) {
-  require_level(level, "an icosphere");
+  refuse_if(level < 0 || level > 9, "an icosphere of level {}, expected 0 to 9", level);
   SurfaceMesh mesh = icosahedron();
   for (int l = 0; l < level; ++l) {
     std::map<std::array<int, 2>, int> middles;
@@ -90,7 +86,7 @@ SurfaceMesh unit_icosphere(int level) {
 
 /// A cube cut into squares and blown up, so that its points lie at equal angles along the middles of its sides.
 SurfaceMesh unit_quad_sphere(int level) {
-  require_level(level, "a quad_ellipsoid");
+  refuse_if(level < 0 || level > 9, "a quad_ellipsoid of level {}, expected 0 to 9", level);
   SurfaceMesh mesh;
   const int cells = 1 << level;
   std::map<std::array<int, 3>, int> numbers;  // of points, by their places on the cube [0, cells]^3
