@@ -63,10 +63,10 @@ void require_coordinates(const SurfaceMesh& mesh, const std::string& name);
 /// rounding, and distinct points may coincide
 void measure_rounding(const SurfaceMesh& mesh, MeshReport& report);
 
-/// Checks a mesh (measure_rounding and the faults below) and makes all unambiguous repairs: points at the same place are
-/// merged; corners of a face that name the same point in succession become one, and a face that is then no polygon is
-/// removed; faces that repeat another and points of no face are removed; faces are flipped so that neighbours agree, in
-/// each open piece the smaller part, in each closed piece so that all face outward.
+/// Checks a mesh (measure_rounding and the faults below) and makes all unambiguous repairs: points at the same place
+/// are merged; corners of a face that name the same point in succession become one, and a face that is then no polygon
+/// is removed; faces that repeat another and points of no face are removed; faces are flipped so that neighbours agree,
+/// in each open piece the smaller part, in each closed piece so that all face outward.
 ///
 /// After that points and faces are numbered without gaps; point_id and face_id keep their numbers in the file.
 /// Not collective.
