@@ -36,4 +36,11 @@ std::vector<Value> without_repeats(std::vector<Value> values) {
   return values;
 }
 
+/// The first of some items for which `is` holds; null: none.
+template <class Items, class Is>
+auto* first_that(Items& items, const Is& is) {
+  const auto found = std::find_if(items.begin(), items.end(), is);
+  return found == items.end() ? nullptr : &*found;
+}
+
 }  // namespace pellicle::base

@@ -12,6 +12,7 @@
 #include <type_traits>
 
 #include "base/error.h"
+#include "base/sorting.h"
 #include "base/units.h"
 #include "options/spelling.h"
 
@@ -81,13 +82,6 @@ std::string word_of(const std::optional<double>& number) { return number ? numbe
 
 /// If an option has more choices, its help says what they are.
 constexpr std::size_t most_listed_choices = 20;
-
-/// The first of some items for which `is` holds; null: none.
-template <class Items, class Is>
-auto* first_that(Items& items, const Is& is) {
-  const auto found = std::find_if(items.begin(), items.end(), is);
-  return found == items.end() ? nullptr : &*found;
-}
 
 template <class T>
 inline constexpr bool is_list = std::is_same_v<T, Eigen::Vector3d> || std::is_same_v<T, std::vector<double>> ||

@@ -45,12 +45,6 @@ void FieldRegistry::transfer(const FieldRegistry& other) {
   }
 }
 
-const FieldRegistry::Entry* FieldRegistry::find(const std::string& name) const {
-  const auto found = std::find_if(entries_.begin(), entries_.end(),
-                                  [&name](const Entry& entry) { return entry.declaration.name == name; });
-  return found == entries_.end() ? nullptr : &*found;
-}
-
 std::size_t FieldRegistry::record_size(Item item) const {
   std::size_t size = 0;
   for_each_on_items(*this, item, [&size](const Entry& entry, const auto& values) {
@@ -83,8 +77,6 @@ void FieldRegistry::unpack(Item item, PetscInt local, const std::byte* record) {
     }
   });
 }
-
-void FieldRegistry::make_room(Field& values, Item, int components) const { values = Field(*particles_, components); }
 
 std::vector<double> numbers_of(const FieldRegistry::Entry& entry) {
   return std::visit(

@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <cstddef>
-#include <functional>
 #include <memory>
 #include <string>
 #include <type_traits>
@@ -10,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "base/sorting.h"
 #include "parallel/field.h"
 
 namespace pellicle::state {
@@ -47,14 +47,9 @@ class FieldRegistry {
     int components = 1;  ///< of an item
     Storage storage;
   };
-  /// Numbers of items of this rank.
-  struct Extent {
-    PetscInt owned = 0;
-    PetscInt local = 0;
-  };
 
-  /// @param particles must outlive the registry
-  FieldRegistry(const Layout& particles, Extent cells) : particles_(&particles), cells_(cells) {}
+  /// @param particles must outlive the registry @param cells number of the local ones
+  FieldRegistry(const Layout& particles, PetscInt cells) : particles_(&particles), cells_(cells) {}
   FieldRegistry(FieldRegistry&&) = default;
   FieldRegistry(const FieldRegistry&) = delete;
   /// Copies all values, ghosts included, of fields on the same items; declares fields that the other has and this one
@@ -67,7 +62,15 @@ class FieldRegistry {
   template <class Values>
   Values& add(FieldDeclaration declaration, int components = 1) {
     Values& values = own<Values>();
-    make_room(values, declaration.item, components);
+    if constexpr (std::is_same_v<Values, Field>) {
+      values = Field(*particles_, components);
+    } else if constexpr (std::is_same_v<Values, Eigen::VectorXd>) {
+      values.setZero(components);
+    } else if constexpr (!std::is_arithmetic_v<Values>) {
+      const Item item = declaration.item;
+      const PetscInt items = item == Item::particle ? particles_->local() : item == Item::cell ? cells_ : 1;
+      values.resize(items * components);
+    }
     declare(std::move(declaration), values, components);
     return values;
   }
@@ -89,7 +92,9 @@ class FieldRegistry {
 
   const std::vector<Entry>& entries() const { return entries_; }
   /// The field of a name, or null.
-  const Entry* find(const std::string& name) const;
+  const Entry* find(const std::string& name) const {
+    return first_that(entries_, [&name](const Entry& entry) { return entry.declaration.name == name; });
+  }
 
   // Records of items for moves and checkpoints: all fields of an item that do not follow from others.
 
@@ -102,18 +107,8 @@ class FieldRegistry {
   void unpack(Item item, PetscInt local, const std::byte* record);
 
  private:
-  void make_room(Field& values, Item item, int components) const;
-  template <class Number>
-  void make_room(std::vector<Number>& values, Item item, int components) const {
-    const PetscInt items = item == Item::particle ? particles_->local() : item == Item::cell ? cells_.local : 1;
-    values.assign(items * components, Number{});
-  }
-  void make_room(Eigen::VectorXd& values, Item, int components) const { values.setZero(components); }
-  void make_room(double& value, Item, int) const { value = 0; }
-  void make_room(PetscInt& value, Item, int) const { value = 0; }
-
   const Layout* particles_;
-  Extent cells_;
+  PetscInt cells_;
   std::vector<Entry> entries_;
   std::vector<std::shared_ptr<void>> owned_;
 };

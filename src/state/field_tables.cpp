@@ -65,38 +65,6 @@ void for_each_on_object(const FieldRegistry& fields, const std::string& group, c
   }
 }
 
-/// Reads the values once on the object, and the sums. Collective.
-void read_object_fields(const Hdf5File& file, const std::string& group, FieldRegistry& fields) {
-  const int rank = rank_of(file.comm());
-  const int ranks = ranks_of(file.comm());
-  for_each_on_object(fields, group, [&](const FieldRegistry::Entry& entry, const std::string& name, auto* values) {
-    using Values = std::remove_pointer_t<decltype(values)>;
-    const auto refuse = [&](std::size_t found, const std::string& expected) {
-      throw Error(file.path() + ": table " + name + " has " + std::to_string(found) + " numbers; expected " + expected);
-    };
-    if constexpr (std::is_arithmetic_v<Values>) {
-      const std::vector<Values> all = file.read_all<Values>(name);
-      if (entry.declaration.item == Item::sum) {
-        *values = all.size() == static_cast<std::size_t>(ranks) ? all[rank]
-                  : rank == 0                                   ? std::accumulate(all.begin(), all.end(), Values{})
-                                                                : Values{};
-      } else if (all.size() == 1) {
-        *values = all.front();
-      } else {
-        refuse(all.size(), "one");
-      }
-    } else if constexpr (std::is_same_v<Values, Eigen::VectorXd>) {
-      const std::vector<double> all = file.read_all<double>(name);
-      if (static_cast<Eigen::Index>(all.size()) != values->size()) {
-        refuse(all.size(), std::to_string(values->size()));
-      }
-      *values = Eigen::Map<const Eigen::VectorXd>(all.data(), values->size());
-    } else if constexpr (is_plain_list<Values>) {
-      *values = file.read_all<typename Values::value_type>(name);
-    }
-  });
-}
-
 // A field's declaration as a line: item, kind of its values, components, whether it is drawn, unit or -, name.
 
 const std::array<const char*, 5> item_names{"particle", "cell", "spring", "object", "sum"};
@@ -194,7 +162,34 @@ void read_fields(const Hdf5File& file, const std::string& group, FieldRegistry& 
   declare_missing(fields, file.read_text(group + "/declarations"));
   read_items(file, group, fields, Item::particle, particle_ids);
   read_items(file, group, fields, Item::cell, cell_ids);
-  read_object_fields(file, group, fields);
+  const int rank = rank_of(file.comm());
+  const int ranks = ranks_of(file.comm());
+  for_each_on_object(fields, group, [&](const FieldRegistry::Entry& entry, const std::string& name, auto* values) {
+    using Values = std::remove_pointer_t<decltype(values)>;
+    const auto refuse = [&](std::size_t found, const std::string& expected) {
+      throw Error(file.path() + ": table " + name + " has " + std::to_string(found) + " numbers; expected " + expected);
+    };
+    if constexpr (std::is_arithmetic_v<Values>) {
+      const std::vector<Values> all = file.read_all<Values>(name);
+      if (entry.declaration.item == Item::sum) {
+        *values = all.size() == static_cast<std::size_t>(ranks) ? all[rank]
+                  : rank == 0                                   ? std::accumulate(all.begin(), all.end(), Values{})
+                                                                : Values{};
+      } else if (all.size() == 1) {
+        *values = all.front();
+      } else {
+        refuse(all.size(), "one");
+      }
+    } else if constexpr (std::is_same_v<Values, Eigen::VectorXd>) {
+      const std::vector<double> all = file.read_all<double>(name);
+      if (static_cast<Eigen::Index>(all.size()) != values->size()) {
+        refuse(all.size(), std::to_string(values->size()));
+      }
+      *values = Eigen::Map<const Eigen::VectorXd>(all.data(), values->size());
+    } else if constexpr (is_plain_list<Values>) {
+      *values = file.read_all<typename Values::value_type>(name);
+    }
+  });
 }
 
 }  // namespace pellicle::state

@@ -212,7 +212,7 @@ StageResult Object::end(const EquilibriumResult& balance) {
 
 void Object::keep() {
   if (!kept_) {
-    kept_.emplace(surface_->particles, FieldRegistry::Extent{surface_->elements.owned, surface_->elements.local()});
+    kept_.emplace(surface_->particles, surface_->elements.local());
   }
   *kept_ = *state_;
 }
