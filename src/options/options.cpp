@@ -33,10 +33,6 @@ constexpr std::array<const char*, 38> solver_words{
 constexpr std::array<const char*, 5> common_solver_options{"ksp_type", "ksp_rtol", "ksp_max_it", "ksp_monitor",
                                                            "pc_type"};
 
-bool starts_with(const std::string& text, const std::string& start) {
-  return text.compare(0, start.size(), start) == 0;
-}
-
 bool ends_with(const std::string& text, const std::string& end) {
   return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
 }
@@ -140,8 +136,6 @@ Option::Option(std::string key, Variable variable, Rules rules)
   default_text_ = join(rows, "; ");
 }
 
-const Condition* Option::idle_because() const { return first_unmet(conditions_); }
-
 bool Option::is_blank() const {
   const WrittenValue now = value();
   return now.rows.empty() || now.rows.front().empty() || now.rows.front().front().empty() ||
@@ -161,8 +155,6 @@ std::string Option::range_text() const {
   }
   return join(parts, "; ");
 }
-
-bool Option::has_key_points() const { return holds<Rows>() && units_.size() > 1 && units_.front() == "s"; }
 
 std::string Option::limits(const std::string& unit) const {
   std::vector<std::string> parts;
@@ -271,7 +263,12 @@ void Option::resolve(WrittenValue& written, const std::string& folder) const {
 void Option::give(const WrittenValue& written, Origin origin) {
   assign(written);
   origin_ = std::move(origin);
-  has_acted_ = false;
+}
+
+void Option::note_acting() {
+  if (origin_ && idle_because() == nullptr) {
+    origin_->has_acted = true;
+  }
 }
 
 void Option::assign(const WrittenValue& written) {
@@ -407,10 +404,6 @@ void Option::check_range(double value, const std::string& word) const {
 
 void Option::refuse(const std::string& problem) const { throw Error(problem + "; expected " + expected()); }
 
-const std::string& Option::column_unit(std::size_t column) const {
-  return units_.size() > 1 ? units_[column] : units_.front();
-}
-
 Option& OptionTable::add(const std::string& key, Option::Variable variable, Rules rules) {
   Option option(base_ + key, variable, std::move(rules.under(common_)));
   const auto same = [&](const Option& other) { return other.name() == option.name(); };
@@ -446,26 +439,6 @@ void OptionTable::add_object_section(const std::string& section, std::string hel
   added.describe(*this, "");
   base_.clear();
   target_ = &options_;
-}
-
-void OptionTable::add_solver_prefix(std::string prefix, std::vector<std::string> variants) {
-  solver_prefixes_.push_back({std::move(prefix), std::move(variants), common_.conditions()});
-}
-
-Option* OptionTable::find_key(const std::string& key) {
-  return first_that(options_, [&](const Option& option) { return option.key() == key; });
-}
-
-const Option* OptionTable::find_name(const std::string& name) const {
-  return first_that(options_, [&](const Option& option) { return option.name() == name; });
-}
-
-Option* OptionTable::find_name(const std::string& name) {
-  return first_that(options_, [&](const Option& option) { return option.name() == name; });
-}
-
-const OptionTable::ObjectSection* OptionTable::find_section(const std::string& key) const {
-  return first_that(sections_, [&](const ObjectSection& section) { return section.key == key; });
 }
 
 const Option* OptionTable::find_prototype(const std::string& name) const {
@@ -546,7 +519,7 @@ void OptionTable::note_acting() {
   }
   for (ObjectSection& section : sections_) {
     for (Object& object : section.objects) {
-      object.has_acted = object.has_acted || first_unmet(section.rules.conditions()) == nullptr;
+      object.origin.has_acted = object.origin.has_acted || first_unmet(section.rules.conditions()) == nullptr;
     }
   }
 }
@@ -635,22 +608,11 @@ std::optional<std::string> OptionTable::meant_name(const std::string& name) cons
                                                                                              : std::nullopt;
 }
 
-Condition one_of(const std::string& key, const std::string& variable, std::vector<std::string> values) {
-  const std::string words = key + ": " + join(values, ", ");
-  return {words, [&variable, values = std::move(values)] {
-            return std::find(values.begin(), values.end(), variable) != values.end();
-          }};
-}
-
 Condition one_of_names(const std::string& key, const AnyChoice& variable, std::vector<std::string> values) {
   const std::string words = key + ": " + join(values, ", ");
   return {words, [&variable, values = std::move(values)] {
             return std::find(values.begin(), values.end(), variable.name()) != values.end();
           }};
-}
-
-const Condition* first_unmet(const std::vector<Condition>& conditions) {
-  return first_that(conditions, [](const Condition& condition) { return !condition.holds(); });
 }
 
 void OptionTable::check_exclusions() const {

@@ -5,7 +5,7 @@
 #include "base/error.h"
 #include "base/units.h"
 #include "contact/body_heat.h"
-#include "options/object_tables.h"
+#include "options/run_options.h"
 #include "options/options.h"
 
 namespace pellicle::world {

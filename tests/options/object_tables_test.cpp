@@ -1,6 +1,6 @@
 // Options of a run of several objects: in decks, on the command line, and as PETSc gets them.
 
-#include "options/object_tables.h"
+#include "options/run_options.h"
 
 #include <gtest/gtest.h>
 
@@ -9,8 +9,8 @@
 
 #include "base/error.h"
 #include "options/arguments.h"
-#include "options/idle_options.h"
 #include "tests/io/files.h"
+#include "tests/options/options_fixture.h"
 
 namespace pellicle {
 namespace {
