@@ -1,6 +1,5 @@
 #include "base/stop_signal.h"
 
-#include <mpi.h>
 #include <unistd.h>
 
 #include <algorithm>

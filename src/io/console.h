@@ -2,7 +2,6 @@
 
 #include <mpi.h>
 
-#include <iosfwd>
 #include <iostream>
 #include <string>
 #include <utility>

@@ -11,10 +11,6 @@
 #include <iterator>
 #include <set>
 #include <sstream>
-#include <utility>
-
-#include "base/error.h"
-#include "io/open_file.h"
 
 namespace pellicle::io {
 
@@ -66,7 +62,7 @@ void remove_files(const std::string& folder, const Names& names) {
 }  // namespace
 
 OutputFolder::OutputFolder(MPI_Comm comm, const OutputOptions& options, const RunRecord& record)
-    : comm_(comm), directory_(options.directory), name_(options.name), record_(record), is_root_(rank_of(comm) == 0) {
+    : comm_(comm), directory_(options.directory), name_(options.name), record_(record) {
   options.validate();
   std::string of_object;  // "(_cloth|_lantern)"
   for (const std::string& object : record_.objects) {
@@ -83,7 +79,7 @@ OutputFolder::OutputFolder(MPI_Comm comm, const OutputOptions& options, const Ru
 }
 
 OutputFolder::~OutputFolder() {
-  if (is_started_ && is_root_) {
+  if (is_started_ && rank_of(comm_) == 0) {
     remove_parts();
     std::error_code ignored;
     fs::remove(path(parts_name), ignored);
@@ -155,7 +151,7 @@ void OutputFolder::read_list() {
   if (!std::getline(text, line)) {
     return;
   }
-  if (line.compare(0, 4, "run ") != 0) {
+  if (!starts_with(line, "run ")) {
     throw Error("output.directory: " + path(list_name) +
                 " is no list of the files of a run; expected 'run NAME' in its first line");
   }
@@ -200,7 +196,7 @@ std::string OutputFolder::listed(const Files& files, bool with_head) const {
 
 bool OutputFolder::is_of_run(const std::string& name) const {
   return std::regex_match(name, tables_) ||
-         (name.compare(0, name_.size(), name_) == 0 && std::regex_match(name.substr(name_.size()), frames_));
+         (starts_with(name, name_) && std::regex_match(name.substr(name_.size()), frames_));
 }
 
 void OutputFolder::check_conflicts() const {

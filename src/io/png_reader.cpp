@@ -1,5 +1,3 @@
-#include "io/png_reader.h"
-
 #include <png.h>
 
 #include <cerrno>
@@ -12,6 +10,7 @@
 
 #include "base/error.h"
 #include "base/memory.h"
+#include "io/texture.h"
 
 namespace pellicle::io {
 
@@ -59,7 +58,7 @@ class Decoder {
 
 }  // namespace
 
-Picture read_png(const std::string& path) {
+Texture read_png(const std::string& path) {
   constexpr double most_pixels = 1 << 26;
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(path, ignored)) {
@@ -76,7 +75,7 @@ Picture read_png(const std::string& path) {
     }
   };
 
-  Picture picture;
+  Texture picture;
   require(decoder.run([&](png_structp png, png_infop info) {
     png_set_crc_action(png, PNG_CRC_ERROR_QUIT, PNG_CRC_ERROR_QUIT);
     png_init_io(png, file.get());

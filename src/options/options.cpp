@@ -12,7 +12,6 @@
 #include <type_traits>
 
 #include "base/error.h"
-#include "base/sorting.h"
 #include "base/units.h"
 #include "options/spelling.h"
 

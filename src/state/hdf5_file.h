@@ -3,7 +3,6 @@
 #include <mpi.h>
 
 #include <array>
-#include <cstddef>
 #include <string>
 #include <vector>
 
