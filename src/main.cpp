@@ -15,7 +15,6 @@
 #include "base/stop_signal.h"
 #include "large_pages.h"
 #include "options/arguments.h"
-#include "options/manual.h"
 #include "revision_text.h"  // written by the build
 #include "run/run.h"
 

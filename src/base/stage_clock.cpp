@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "base/error.h"
+#include "base/sorting.h"
 
 namespace pellicle::base {
 
@@ -31,12 +32,11 @@ StageClock::Timer::~Timer() {
 }
 
 StageClock::Timer StageClock::time(const std::string& name) {
-  for (StageTime& stage : stages_) {
-    if (stage.name == name) {
-      return Timer(stage);
-    }
+  StageTime* stage = first_that(stages_, [&name](const StageTime& other) { return other.name == name; });
+  if (stage == nullptr) {
+    throw std::logic_error("StageClock has no stage " + name);
   }
-  throw std::logic_error("StageClock has no stage " + name);
+  return Timer(*stage);
 }
 
 void StageClock::start_lap() {

@@ -28,14 +28,12 @@ class StageClock {
   /// Times a stage from here to the end of its scope.
   class Timer {
    public:
+    explicit Timer(StageTime& stage);
     Timer(const Timer&) = delete;
     Timer& operator=(const Timer&) = delete;
     ~Timer();
 
    private:
-    friend class StageClock;
-    explicit Timer(StageTime& stage);
-
     StageTime& stage_;
     double start_;
   };

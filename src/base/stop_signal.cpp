@@ -8,6 +8,8 @@
 #include <cstring>
 #include <utility>
 
+#include "base/sorting.h"
+
 namespace pellicle::base {
 
 namespace {
@@ -42,9 +44,8 @@ void print(const char* text) {
 
 /// The name of one of these signals; another one has none.
 const char* name_of(int signal) {
-  const auto known =
-      std::find_if(names.begin(), names.end(), [signal](const auto& row) { return row.first == signal; });
-  return known != names.end() ? known->second : "";
+  const auto* known = first_that(names, [signal](const auto& row) { return row.first == signal; });
+  return known != nullptr ? known->second : "";
 }
 
 /// Calls only what a signal handler may call.

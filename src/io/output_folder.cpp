@@ -30,8 +30,6 @@ bool is_inside(const std::string& name) {
                       [](const fs::path& part) { return part.empty() || part == "." || part == ".."; });
 }
 
-bool exists(const fs::path& path) { return fs::symlink_status(path).type() != fs::file_type::not_found; }
-
 /// Whether a path is a regular file, neither a link nor behind one below the folder.
 bool is_file_inside(const std::string& folder, const std::string& name) {
   const fs::path parent = fs::path(name).parent_path();
@@ -219,7 +217,8 @@ void OutputFolder::check_conflicts() const {
     // A folder of this name belongs to the list, if a list exists.
     const bool is_foreign_parts = name == parts_name && files_.empty();
     const bool would_be_replaced = is_foreign_parts || record.count(name) > 0 || is_of_run(name);
-    if (would_be_replaced && exists(path(name)) && (files_.count(name) == 0 || !is_file_inside(directory_, name))) {
+    if (would_be_replaced && fs::exists(fs::symlink_status(path(name))) &&
+        (files_.count(name) == 0 || !is_file_inside(directory_, name))) {
       throw Error("output.directory: " + path(name) + " is there and " + path(list_name) +
                   " does not name it as a run's; expected another folder, or that you move it");
     }

@@ -371,23 +371,26 @@ void emit_value(YAML::Emitter& out, const Option& option) {
 
 /// Writes the entries of a map: the options whose keys begin with `start`. A group stands where its first option does.
 void emit_group(YAML::Emitter& out, const std::vector<const Option*>& options, const std::string& start) {
-  std::map<std::string, std::vector<const Option*>> groups;
+  struct Group {
+    std::string key;
+    std::vector<const Option*> options;
+  };
+  std::vector<Group> groups;
   for (const Option* option : options) {
-    const std::string rest = option->key().substr(start.size());
-    groups[rest.substr(0, rest.find('.'))].push_back(option);
-  }
-  for (const Option* option : options) {
-    const std::string rest = option->key().substr(start.size());
-    const std::string word = rest.substr(0, rest.find('.'));
-    if (groups[word].front() != option) {
-      continue;
+    const std::string key = option->key().substr(0, option->key().find('.', start.size()));
+    Group* known = first_that(groups, [&key](const Group& group) { return group.key == key; });
+    if (known == nullptr) {
+      known = &groups.emplace_back(Group{key, {}});
     }
-    out << YAML::Key << word << YAML::Value;
-    if (rest == word) {
-      emit_value(out, *option);
+    known->options.push_back(option);
+  }
+  for (const Group& group : groups) {
+    out << YAML::Key << group.key.substr(start.size()) << YAML::Value;
+    if (group.options.front()->key() == group.key) {
+      emit_value(out, *group.options.front());
     } else {
       out << YAML::BeginMap;
-      emit_group(out, groups[word], start + word + ".");
+      emit_group(out, group.options, group.key + ".");
       out << YAML::EndMap;
     }
   }
@@ -440,38 +443,38 @@ namespace {
               "; expected a map of named objects such as cloth: {mesh: {shape: square}}");
 }
 
-/// Adds the names in a map of objects, first those that are included from others.
-void add_names(const std::string& path, const YAML::Node& objects, std::vector<std::string>& names) {
-  for_each_merged(objects, [&](const YAML::Node&, const YAML::Node& other) {
+/// Calls visit(map) for the maps that a map includes, at any depth, and then for itself.
+template <class Visit>
+void for_each_included(const YAML::Node& map, const Visit& visit) {
+  for_each_merged(map, [&](const YAML::Node&, const YAML::Node& other) {
     if (other.IsMap()) {
-      add_names(path, other, names);
+      for_each_included(other, visit);
     }
   });
-  for (const auto& entry : objects) {
-    const std::string name = entry.first.IsScalar() ? entry.first.Scalar() : "";
-    if (!is_merge(entry.first) && !is_word(name)) {
-      refuse_objects(path, entry.first, "\"" + name + "\" is no name, which has letters, digits and underscores");
-    }
-    if (!is_merge(entry.first) && std::find(names.begin(), names.end(), name) == names.end()) {
-      names.push_back(name);
-    }
-  }
+  visit(map);
 }
 
-/// Adds the names of the objects of a deck, included ones too. DeckReader reports malformed maps, except that of the
-/// objects.
+/// Adds the names of the objects of a deck. DeckReader reports malformed maps, except that of the objects.
 void add_objects(const std::string& path, const YAML::Node& root, std::vector<std::string>& names) {
-  for_each_merged(root, [&](const YAML::Node&, const YAML::Node& other) {
-    if (other.IsMap()) {
-      add_objects(path, other, names);
+  const auto add_names = [&](const YAML::Node& objects) {
+    for (const auto& entry : objects) {
+      const std::string name = entry.first.IsScalar() ? entry.first.Scalar() : "";
+      if (!is_merge(entry.first) && !is_word(name)) {
+        refuse_objects(path, entry.first, "\"" + name + "\" is no name, which has letters, digits and underscores");
+      }
+      if (!is_merge(entry.first) && std::find(names.begin(), names.end(), name) == names.end()) {
+        names.push_back(name);
+      }
+    }
+  };
+  for_each_included(root, [&](const YAML::Node& map) {
+    if (const YAML::Node objects = map[objects_key]) {
+      if (!objects.IsMap() || objects.size() == 0) {
+        refuse_objects(path, objects, "names no object");
+      }
+      for_each_included(objects, add_names);
     }
   });
-  if (const YAML::Node objects = root[objects_key]) {
-    if (!objects.IsMap() || objects.size() == 0) {
-      refuse_objects(path, objects, "names no object");
-    }
-    add_names(path, objects, names);
-  }
 }
 
 }  // namespace

@@ -157,20 +157,16 @@ std::string Option::range_text() const {
 
 std::string Option::limits(const std::string& unit) const {
   std::vector<std::string> parts;
-  if (lowest_ && highest_) {
-    parts.push_back(number_text(*lowest_) + " to " + number_text(*highest_) + unit);
-  } else if (lowest_) {
-    parts.push_back("at least " + number_text(*lowest_) + unit);
-  }
-  if (above_) {
-    parts.push_back("more than " + number_text(*above_) + unit);
-  }
-  if (highest_ && !lowest_) {
-    parts.push_back("at most " + number_text(*highest_) + unit);
-  }
-  if (below_) {
-    parts.push_back("less than " + number_text(*below_) + unit);
-  }
+  const auto add = [&](const std::string& words, const std::optional<double>& bound) {
+    if (bound) {
+      parts.push_back(words + number_text(*bound) + unit);
+    }
+  };
+  const bool is_interval = lowest_ && highest_;
+  add(is_interval ? number_text(*lowest_) + " to " : "at least ", is_interval ? highest_ : lowest_);
+  add("more than ", above_);
+  add("at most ", is_interval ? std::nullopt : highest_);
+  add("less than ", below_);
   return join(parts, ", ");
 }
 
@@ -405,15 +401,14 @@ void Option::refuse(const std::string& problem) const { throw Error(problem + ";
 
 Option& OptionTable::add(const std::string& key, Option::Variable variable, Rules rules) {
   Option option(base_ + key, variable, std::move(rules.under(common_)));
-  const auto same = [&](const Option& other) { return other.name() == option.name(); };
-  const auto below = [&](const Option& other) {
-    return starts_with(other.key(), option.key() + ".") || starts_with(option.key(), other.key() + ".");
+  const auto collides = [&](const Option& other) {
+    return other.name() == option.name() || starts_with(other.key(), option.key() + ".") ||
+           starts_with(option.key(), other.key() + ".");
   };
   const bool in_section = base_.empty() && std::any_of(sections_.begin(), sections_.end(), [&](const ObjectSection& s) {
                             return starts_with(option.key() + ".", s.key + ".");
                           });
-  if (in_section || std::any_of(target_->begin(), target_->end(), same) ||
-      std::any_of(target_->begin(), target_->end(), below)) {
+  if (in_section || std::any_of(target_->begin(), target_->end(), collides)) {
     throw std::logic_error("option " + option.key() + " is declared twice, or is a group as well");
   }
   return target_->emplace_back(std::move(option));

@@ -395,4 +395,10 @@ bool is_word(const std::string& text);
 /// The name on the command line, without the dash, of a key: dots become underscores.
 std::string command_line_name(const std::string& key);
 
+/// The text of `-help`: purpose and call of the program, and every option by module; lines of up to 100 letters.
+std::string help_text(const OptionTable& table);
+
+/// The text of `-options_table`: Markdown, one table a module.
+std::string options_markdown(const OptionTable& table);
+
 }  // namespace pellicle::options
