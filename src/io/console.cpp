@@ -8,7 +8,6 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "base/stage_clock.h"
 #include "parallel/collective.h"
 
 namespace pellicle::io {

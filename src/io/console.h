@@ -7,11 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "base/namespaces.h"
-
-namespace pellicle::base {
-class StageClock;
-}  // namespace pellicle::base
+#include "base/stage_clock.h"
 
 namespace pellicle::io {
 

@@ -297,15 +297,12 @@ ProgramArguments read_arguments(MPI_Comm comm, const std::vector<std::string>& w
     typed_words.push_back({word});
   }
   const std::vector<TypedOption> typed = split_words(typed_words, command_line, table, &arguments.decks);
-  std::vector<TypedOption> options = all_options(comm, typed, table);
+  const std::vector<TypedOption> options = all_options(comm, typed, table);
   for (const TypedOption& option : options) {
     arguments.help = arguments.help || option.name == "help" || option.name == "h";
     arguments.options_table = arguments.options_table || option.name == "options_table";
     arguments.version = arguments.version || option.name == "version";
   }
-  options.erase(
-      std::remove_if(options.begin(), options.end(), [](const TypedOption& option) { return is_flag(option.name); }),
-      options.end());
   if (arguments.help || arguments.options_table || arguments.version) {
     return arguments;
   }

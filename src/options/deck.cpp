@@ -352,7 +352,14 @@ class DeckReader {
 };
 
 void emit_value(YAML::Emitter& out, const Option& option) {
-  const WrittenValue written = option.value_with_unit();
+  WrittenValue written = option.value();
+  if (option.unit() == "rad") {  // Beyond a full turn an angle must name it.
+    for (auto& row : written.rows) {
+      for (std::string& word : row) {
+        word += " rad";
+      }
+    }
+  }
   if (written.kind == WrittenValue::Kind::scalar) {
     out << written.rows.front().front();
   } else if (written.kind == WrittenValue::Kind::list) {

@@ -217,18 +217,6 @@ WrittenValue Option::value() const {
       variable_);
 }
 
-WrittenValue Option::value_with_unit() const {
-  WrittenValue written = value();
-  if (unit_ == "rad") {  // Beyond a full turn an angle must name it.
-    for (auto& row : written.rows) {
-      for (std::string& word : row) {
-        word += " rad";
-      }
-    }
-  }
-  return written;
-}
-
 WrittenValue Option::from_command_line(const std::string& text) const {
   return std::visit(
       [&](auto* variable) -> WrittenValue {

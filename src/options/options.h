@@ -182,8 +182,6 @@ class Option : public Rules {
 
   /// The variable's value now, in SI, without its unit.
   WrittenValue value() const;
-  /// The variable's value in the form that `assign` reads: angles have their unit.
-  WrittenValue value_with_unit() const;
 
   /// Splits a value of the command line: lists at commas, Rows at semicolons too.
   WrittenValue from_command_line(const std::string& text) const;
