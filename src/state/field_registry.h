@@ -14,6 +14,8 @@
 
 namespace pellicle::state {
 
+class Hdf5File;
+
 /// Location of a field: on each particle, cell (element of a membrane) or spring, or once on the object, either with
 /// the same value on every rank, or as a sum of parts of all ranks.
 enum class Item { particle, cell, spring, object, sum };
@@ -113,41 +115,6 @@ class FieldRegistry {
   std::vector<std::shared_ptr<void>> owned_;
 };
 
-template <class Values>
-constexpr bool is_on_items = std::is_same_v<Values, Field> || std::is_same_v<Values, std::vector<double>> ||
-                             std::is_same_v<Values, std::vector<PetscInt>> || std::is_same_v<Values, std::vector<bool>>;
-
-/// Stored type of a number of a field: a flag is a byte.
-template <class Values>
-using Kept = std::conditional_t<std::is_same_v<Values, std::vector<bool>>, unsigned char,
-                                std::conditional_t<std::is_same_v<Values, std::vector<PetscInt>>, PetscInt, double>>;
-
-/// A number of a field on items, by its place among the numbers of all local items.
-template <class Values>
-decltype(auto) number(Values& values, std::size_t place) {
-  if constexpr (std::is_same_v<std::remove_const_t<Values>, Field>) {
-    return (values.data()[place]);
-  } else {
-    return values[place];
-  }
-}
-
-/// Calls `visit(entry, values)` for the fields on particles or cells that do not follow from others, in their order.
-template <class Visit>
-void for_each_on_items(const FieldRegistry& fields, Item item, const Visit& visit) {
-  for (const FieldRegistry::Entry& entry : fields.entries()) {
-    if (entry.declaration.item == item && !entry.declaration.follows) {
-      std::visit(
-          [&](auto* values) {
-            if constexpr (is_on_items<std::remove_pointer_t<decltype(values)>>) {
-              visit(entry, *values);
-            }
-          },
-          entry.storage);
-    }
-  }
-}
-
 /// All numbers of a field, ghosts included, as doubles. Not collective.
 std::vector<double> numbers_of(const FieldRegistry::Entry& entry);
 
@@ -155,5 +122,22 @@ std::vector<double> numbers_of(const FieldRegistry::Entry& entry);
 /// flags if one differs; 0 for equal or no numbers.
 /// @throws std::logic_error if the registries have different fields. Not collective.
 std::vector<std::pair<std::string, double>> differences(const FieldRegistry& one, const FieldRegistry& other);
+
+// The fields of an object as tables of a file: GROUP/particles/NAME and GROUP/cells/NAME have a row an item, in the
+// order of the persistent ids, GROUP/once/NAME values once on the object, GROUP/sums/NAME a row a rank. Fields that
+// follow from others are left out.
+
+/// Writes the fields. Collective. @throws Error, on all ranks
+/// @param particle_ids, cell_ids persistent, of the owned items
+void write_fields(Hdf5File& file, const std::string& group, const FieldRegistry& fields,
+                  const std::vector<PetscInt>& particle_ids, const std::vector<PetscInt>& cell_ids);
+
+/// Reads the fields of a registry, and those that a program had added before it was written, ghosts included, except
+/// those that follow from others; sums are read by rank if as many ranks have written them, otherwise rank 0 gets all.
+/// Collective.
+/// @param particle_ids, cell_ids persistent, of the local items
+/// @throws Error, on all ranks, if a field has no table of its kind, or an item has no row
+void read_fields(const Hdf5File& file, const std::string& group, FieldRegistry& fields,
+                 const std::vector<PetscInt>& particle_ids, const std::vector<PetscInt>& cell_ids);
 
 }  // namespace pellicle::state

@@ -172,10 +172,6 @@ void Hdf5File::write_bytes(const std::string& name, long long type, const void* 
   agree(succeeded, "cannot be written");
 }
 
-void Hdf5File::write_text(const std::string& name, const std::string& text) {
-  write_once(name, std::vector<unsigned char>(text.begin(), text.end()));
-}
-
 void Hdf5File::write_lines(const std::string& name, const std::vector<std::string>& lines) {
   std::string text;
   for (const std::string& line : lines) {

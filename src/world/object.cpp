@@ -9,7 +9,6 @@
 #include "contact/body_contact.h"
 #include "contact/crossings.h"
 #include "parallel/collective.h"
-#include "state/field_tables.h"
 #include "surface/split_corners.h"
 #include "world/contact_start.h"
 #include "world/load_mesh.h"
