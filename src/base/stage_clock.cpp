@@ -1,10 +1,7 @@
 #include "base/stage_clock.h"
 
-#include <mpi.h>
-
 #include <stdexcept>
 
-#include "base/error.h"
 #include "base/sorting.h"
 
 namespace pellicle::base {
@@ -17,10 +14,6 @@ StageClock::StageClock(const std::vector<std::string>& names) : start_(MPI_Wtime
       check(PetscLogStageRegister(name.c_str(), &logged));
     }
   }
-}
-
-StageClock::Timer::Timer(StageTime& stage) : stage_(stage), start_(MPI_Wtime()) {
-  check(PetscLogStagePush(stage.logged));
 }
 
 StageClock::Timer::~Timer() {
@@ -44,7 +37,5 @@ void StageClock::start_lap() {
     stage.lap_seconds = 0;
   }
 }
-
-double StageClock::elapsed() const { return MPI_Wtime() - start_; }
 
 }  // namespace pellicle::base

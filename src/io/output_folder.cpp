@@ -62,11 +62,8 @@ void remove_files(const std::string& folder, const Names& names) {
 OutputFolder::OutputFolder(MPI_Comm comm, const OutputOptions& options, const RunRecord& record)
     : comm_(comm), directory_(options.directory), name_(options.name), record_(record) {
   options.validate();
-  std::string of_object;  // "(_cloth|_lantern)"
-  for (const std::string& object : record_.objects) {
-    of_object += (of_object.empty() ? "(_" : "|_") + object;
-  }
-  of_object += of_object.empty() ? "" : ")";
+  // "(_cloth|_lantern)"
+  const std::string of_object = record_.objects.empty() ? "" : "(_" + join(record_.objects, "|_") + ")";
   tables_ = "checkpoint_[0-9]{6,}\\.h5|contacts\\.csv|(history|pieces|projection)" + of_object + "\\.csv";
   frames_ = "((_failed)?(_springs)?|_bodies)\\.pvd|((_failed)?(_springs)?" + of_object +
             "|_bodies_[A-Za-z0-9_]+)_[0-9]{6,}(\\.pvtp|/.*_[0-9]{6,}_[0-9]+\\.vtp)";

@@ -107,11 +107,6 @@ Rules& Rules::unit(std::string text) {
   return *this;
 }
 
-Rules& Rules::acts_with(Condition condition) {
-  conditions_.push_back(std::move(condition));
-  return *this;
-}
-
 Rules& Rules::under(const Rules& outer) {
   conditions_.insert(conditions_.begin(), outer.conditions_.begin(), outer.conditions_.end());
   is_solver_setting_ = is_solver_setting_ || outer.is_solver_setting_;

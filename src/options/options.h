@@ -110,7 +110,10 @@ class Rules {
   Rules& help(std::string text) { return set(help_, std::move(text)); }
   /// Adds a condition for an effect of the option, which is checked after all options have been read. All conditions
   /// must hold.
-  Rules& acts_with(Condition condition);
+  Rules& acts_with(Condition condition) {
+    conditions_.push_back(std::move(condition));
+    return *this;
+  }
   /// Adds what the rules of a group of options say of their effect, the conditions before the option's own.
   Rules& under(const Rules& outer);
   /// Marks an option of a solver, not of the problem: a deck laid over a scene may set it for a chain that the run does
