@@ -433,13 +433,11 @@ const Option* OptionTable::find_prototype(const std::string& name) const {
 
 namespace {
 
-/// The beginnings of the names of PETSc's options below a solver prefix.
-std::vector<std::string> starts_of(const SolverPrefix& solver) {
-  std::vector<std::string> starts{solver.prefix};
-  for (const std::string& variant : solver.variants) {
-    starts.push_back(solver.prefix + variant);
-  }
-  return starts;
+/// Whether `is` holds for one of the beginnings of the names of PETSc's options below a solver prefix.
+template <class Is>
+bool any_start(const SolverPrefix& solver, const Is& is) {
+  return is(solver.prefix) || std::any_of(solver.variants.begin(), solver.variants.end(),
+                                          [&](const std::string& variant) { return is(solver.prefix + variant); });
 }
 
 bool names_solver_option(const std::string& name, const std::string& start) {
@@ -450,15 +448,13 @@ bool names_solver_option(const std::string& name, const std::string& start) {
 
 bool OptionTable::is_group(const std::string& key) const {
   const std::string name = command_line_name(key) + "_";
-  for (const SolverPrefix& solver : solver_prefixes_) {
-    for (const std::string& start : starts_of(solver)) {
-      if (starts_with(start, name) || names_solver_option(name, start)) {
-        return true;
-      }
-    }
-  }
+  const auto is_of_solver = [&name](const std::string& start) {
+    return starts_with(start, name) || names_solver_option(name, start);
+  };
   const auto below = [&](const auto& declared) { return starts_with(declared, key + "."); };
-  return std::any_of(options_.begin(), options_.end(), [&](const Option& option) { return below(option.key()); }) ||
+  return std::any_of(solver_prefixes_.begin(), solver_prefixes_.end(),
+                     [&](const SolverPrefix& solver) { return any_start(solver, is_of_solver); }) ||
+         std::any_of(options_.begin(), options_.end(), [&](const Option& option) { return below(option.key()); }) ||
          std::any_of(sections_.begin(), sections_.end(), [&](const ObjectSection& s) { return below(s.key); });
 }
 
@@ -524,14 +520,8 @@ void OptionTable::create_object(const std::string& section, const std::string& o
 }
 
 const SolverPrefix* OptionTable::solver_of(const std::string& name) const {
-  for (const SolverPrefix& solver : solver_prefixes_) {
-    for (const std::string& start : starts_of(solver)) {
-      if (names_solver_option(name, start)) {
-        return &solver;
-      }
-    }
-  }
-  return nullptr;
+  const auto is_of = [&name](const std::string& start) { return names_solver_option(name, start); };
+  return first_that(solver_prefixes_, [&](const SolverPrefix& solver) { return any_start(solver, is_of); });
 }
 
 std::vector<std::string> OptionTable::variant_names(const std::string& name) const {
