@@ -1,7 +1,5 @@
 // Options of a run of several objects: in decks, on the command line, and as PETSc gets them.
 
-#include "options/run_options.h"
-
 #include <gtest/gtest.h>
 
 #include <deque>
@@ -9,6 +7,7 @@
 
 #include "base/error.h"
 #include "options/arguments.h"
+#include "options/run_options.h"
 #include "tests/io/files.h"
 #include "tests/options/options_fixture.h"
 

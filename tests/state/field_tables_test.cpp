@@ -1,8 +1,7 @@
-#include "state/field_registry.h"
-
 #include <gtest/gtest.h>
 
 #include "base/error.h"
+#include "state/field_registry.h"
 #include "state/hdf5_file.h"
 #include "surface/shell.h"
 #include "tests/io/files.h"
