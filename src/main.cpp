@@ -12,11 +12,10 @@
 #include <thread>
 
 #include "base/error.h"
-#include "base/revision.h"
 #include "base/stop_signal.h"
 #include "large_pages.h"
 #include "options/arguments.h"
-#include "options/manual.h"
+#include "revision_text.h"  // written by the build
 #include "run/run.h"
 
 using namespace pellicle;
@@ -56,12 +55,12 @@ int run_program(int argc, char** argv, bool is_root) {
   const ProgramArguments arguments =
       read_arguments(MPI_COMM_WORLD, words, table,
                      [&objects](const std::string& name) -> OptionTable& { return objects.emplace_back(name).table; });
-  const std::string program = std::string("pellicle ") + version();
+  const std::string program = "pellicle " PELLICLE_VERSION;
   if (arguments.help || arguments.options_table || arguments.version) {
     if (is_root) {
       std::cout << (arguments.help            ? help_text(table)
                     : arguments.options_table ? options_markdown(table)
-                                              : program + " (" + git_revision() + ")\n");
+                                              : program + " (" PELLICLE_GIT_REVISION ")\n");
     }
     return 0;
   }
@@ -76,7 +75,7 @@ int run_program(int argc, char** argv, bool is_root) {
 
   RunRecord record;
   record.program = program;
-  record.revision = git_revision();
+  record.revision = PELLICLE_GIT_REVISION;  // with "-dirty" when tracked files had been changed
   record.arguments.assign(argv, argv + argc);
   record.decks = has_kept_options ? std::vector<Deck>() : arguments.decks;
   for (const ObjectTable& object : arguments.tables) {

@@ -85,14 +85,13 @@ void broadcast(MPI_Comm comm, std::vector<std::string>& texts) {
 
 void together(MPI_Comm comm, const std::function<void()>& work) {
   std::string message;
-  bool failed = false;
+  int first_failed = INT_MAX;
   try {
     work();
   } catch (const std::exception& failure) {
-    failed = true;
+    first_failed = rank_of(comm);
     message = words_of(failure);
   }
-  int first_failed = failed ? rank_of(comm) : INT_MAX;
   MPI_Allreduce(MPI_IN_PLACE, &first_failed, 1, MPI_INT, MPI_MIN, comm);
   if (first_failed == INT_MAX) {
     return;

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <numeric>
-#include <utility>
 #include <vector>
 
 #include "base/namespaces.h"
@@ -34,6 +33,13 @@ std::vector<Value> without_repeats(std::vector<Value> values) {
   std::sort(values.begin(), values.end());
   values.erase(std::unique(values.begin(), values.end()), values.end());
   return values;
+}
+
+/// The first of some items for which `is` holds; null: none.
+template <class Items, class Is>
+auto* first_that(Items& items, const Is& is) {
+  const auto found = std::find_if(items.begin(), items.end(), is);
+  return found == items.end() ? nullptr : &*found;
 }
 
 }  // namespace pellicle::base

@@ -1,10 +1,8 @@
 #include "base/stage_clock.h"
 
-#include <mpi.h>
-
 #include <stdexcept>
 
-#include "base/error.h"
+#include "base/sorting.h"
 
 namespace pellicle::base {
 
@@ -18,10 +16,6 @@ StageClock::StageClock(const std::vector<std::string>& names) : start_(MPI_Wtime
   }
 }
 
-StageClock::Timer::Timer(StageTime& stage) : stage_(stage), start_(MPI_Wtime()) {
-  check(PetscLogStagePush(stage.logged));
-}
-
 StageClock::Timer::~Timer() {
   PetscLogStagePop();
   const double seconds = MPI_Wtime() - start_;
@@ -31,12 +25,11 @@ StageClock::Timer::~Timer() {
 }
 
 StageClock::Timer StageClock::time(const std::string& name) {
-  for (StageTime& stage : stages_) {
-    if (stage.name == name) {
-      return Timer(stage);
-    }
+  StageTime* stage = first_that(stages_, [&name](const StageTime& other) { return other.name == name; });
+  if (stage == nullptr) {
+    throw std::logic_error("StageClock has no stage " + name);
   }
-  throw std::logic_error("StageClock has no stage " + name);
+  return Timer(*stage);
 }
 
 void StageClock::start_lap() {
@@ -44,7 +37,5 @@ void StageClock::start_lap() {
     stage.lap_seconds = 0;
   }
 }
-
-double StageClock::elapsed() const { return MPI_Wtime() - start_; }
 
 }  // namespace pellicle::base

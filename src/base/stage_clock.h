@@ -1,11 +1,9 @@
 #pragma once
 
-#include <petscsys.h>
-
 #include <string>
 #include <vector>
 
-#include "base/namespaces.h"
+#include "base/error.h"
 
 namespace pellicle::base {
 
@@ -28,14 +26,12 @@ class StageClock {
   /// Times a stage from here to the end of its scope.
   class Timer {
    public:
+    explicit Timer(StageTime& stage) : stage_(stage), start_(MPI_Wtime()) { check(PetscLogStagePush(stage.logged)); }
     Timer(const Timer&) = delete;
     Timer& operator=(const Timer&) = delete;
     ~Timer();
 
    private:
-    friend class StageClock;
-    explicit Timer(StageTime& stage);
-
     StageTime& stage_;
     double start_;
   };
@@ -49,7 +45,7 @@ class StageClock {
   /// This rank's times, in the order of the constructor.
   const std::vector<StageTime>& stages() const { return stages_; }
   /// Wall time since the clock was made [s].
-  double elapsed() const;
+  double elapsed() const { return MPI_Wtime() - start_; }
 
  private:
   std::vector<StageTime> stages_;

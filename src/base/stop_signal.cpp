@@ -1,6 +1,5 @@
 #include "base/stop_signal.h"
 
-#include <mpi.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -8,6 +7,8 @@
 #include <csignal>
 #include <cstring>
 #include <utility>
+
+#include "base/sorting.h"
 
 namespace pellicle::base {
 
@@ -43,9 +44,8 @@ void print(const char* text) {
 
 /// The name of one of these signals; another one has none.
 const char* name_of(int signal) {
-  const auto known =
-      std::find_if(names.begin(), names.end(), [signal](const auto& row) { return row.first == signal; });
-  return known != names.end() ? known->second : "";
+  const auto* known = first_that(names, [signal](const auto& row) { return row.first == signal; });
+  return known != nullptr ? known->second : "";
 }
 
 /// Calls only what a signal handler may call.
@@ -68,14 +68,11 @@ const char* name_of(int signal) {
   _exit(128 + signal);
 }
 
-/// The state at the start of the process, which libraries change later.
-bool hangup_is_ignored() {
-  static const bool is_ignored = [] {
-    struct sigaction before {};
-    return sigaction(SIGHUP, nullptr, &before) == 0 && before.sa_handler == SIG_IGN;
-  }();
-  return is_ignored;
-}
+/// Whether SIGHUP is ignored at the start of the process; libraries change that later.
+const bool hangup_is_ignored = [] {
+  struct sigaction before {};
+  return sigaction(SIGHUP, nullptr, &before) == 0 && before.sa_handler == SIG_IGN;
+}();
 
 extern "C" void handle_stop_signal(int signal) {
   if (is_deferred != 0 && waiting == 0) {
@@ -110,7 +107,7 @@ void catch_stop_signals(int rank) {
     sigaddset(&action.sa_mask, number);
   }
   for (const auto& [number, name] : names) {
-    if (number == SIGHUP && hangup_is_ignored()) {
+    if (number == SIGHUP && hangup_is_ignored) {
       std::signal(SIGHUP, SIG_IGN);
     } else {
       sigaction(number, &action, nullptr);
@@ -120,7 +117,7 @@ void catch_stop_signals(int rank) {
 
 void release_stop_signals() {
   for (const auto& [number, name] : names) {
-    if (!(number == SIGHUP && hangup_is_ignored())) {
+    if (!(number == SIGHUP && hangup_is_ignored)) {
       std::signal(number, SIG_DFL);
     }
   }

@@ -3,11 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "base/namespaces.h"
-
-namespace pellicle::options {
-class OptionTable;
-}  // namespace pellicle::options
+#include "options/choice.h"
 
 namespace pellicle::combustion {
 

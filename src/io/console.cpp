@@ -7,9 +7,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <vector>
 
-#include "base/stage_clock.h"
 #include "parallel/collective.h"
 
 namespace pellicle::io {

@@ -2,17 +2,12 @@
 
 #include <mpi.h>
 
-#include <iosfwd>
 #include <iostream>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "base/namespaces.h"
-
-namespace pellicle::base {
-class StageClock;
-}  // namespace pellicle::base
+#include "base/stage_clock.h"
 
 namespace pellicle::io {
 

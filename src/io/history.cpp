@@ -10,7 +10,7 @@
 
 #include "base/error.h"
 #include "base/units.h"
-#include "io/distinct_names.h"
+#include "options/spelling.h"
 
 namespace pellicle::io {
 
@@ -85,7 +85,7 @@ void History::resume(const Hdf5File& checkpoint) {
     folder_.list({name_});
     file_ = OpenFile(folder_.path(name_), O_RDWR);
     const std::string line = head();
-    if (!file_.is_open() || file_.text().compare(0, line.size(), line) != 0) {
+    if (!file_.is_open() || !starts_with(file_.text(), line)) {
       refuse(file_.path());
     }
     file_.truncate(kept);

@@ -8,7 +8,6 @@
 #include <cerrno>
 #include <cstring>
 #include <sstream>
-#include <utility>
 
 #include "base/error.h"
 
@@ -24,9 +23,6 @@ OpenFile::~OpenFile() {
     close(descriptor_);
   }
 }
-
-OpenFile::OpenFile(OpenFile&& other) noexcept
-    : path_(std::move(other.path_)), descriptor_(std::exchange(other.descriptor_, -1)), error_(other.error_) {}
 
 OpenFile& OpenFile::operator=(OpenFile&& other) noexcept {
   std::swap(path_, other.path_);

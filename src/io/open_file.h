@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 
 #include "base/namespaces.h"
 
@@ -13,7 +14,7 @@ class OpenFile {
   /// Tries to open a file (is_open). @param flags of open(2)
   OpenFile(std::string path, int flags);
   ~OpenFile();
-  OpenFile(OpenFile&& other) noexcept;
+  OpenFile(OpenFile&& other) noexcept { *this = std::move(other); }
   OpenFile& operator=(OpenFile&& other) noexcept;
 
   bool is_open() const { return descriptor_ >= 0; }

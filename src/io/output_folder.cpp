@@ -11,10 +11,6 @@
 #include <iterator>
 #include <set>
 #include <sstream>
-#include <utility>
-
-#include "base/error.h"
-#include "io/open_file.h"
 
 namespace pellicle::io {
 
@@ -33,8 +29,6 @@ bool is_inside(const std::string& name) {
          std::none_of(path.begin(), path.end(),
                       [](const fs::path& part) { return part.empty() || part == "." || part == ".."; });
 }
-
-bool exists(const fs::path& path) { return fs::symlink_status(path).type() != fs::file_type::not_found; }
 
 /// Whether a path is a regular file, neither a link nor behind one below the folder.
 bool is_file_inside(const std::string& folder, const std::string& name) {
@@ -66,13 +60,10 @@ void remove_files(const std::string& folder, const Names& names) {
 }  // namespace
 
 OutputFolder::OutputFolder(MPI_Comm comm, const OutputOptions& options, const RunRecord& record)
-    : comm_(comm), directory_(options.directory), name_(options.name), record_(record), is_root_(rank_of(comm) == 0) {
+    : comm_(comm), directory_(options.directory), name_(options.name), record_(record) {
   options.validate();
-  std::string of_object;  // "(_cloth|_lantern)"
-  for (const std::string& object : record_.objects) {
-    of_object += (of_object.empty() ? "(_" : "|_") + object;
-  }
-  of_object += of_object.empty() ? "" : ")";
+  // "(_cloth|_lantern)"
+  const std::string of_object = record_.objects.empty() ? "" : "(_" + join(record_.objects, "|_") + ")";
   tables_ = "checkpoint_[0-9]{6,}\\.h5|contacts\\.csv|(history|pieces|projection)" + of_object + "\\.csv";
   frames_ = "((_failed)?(_springs)?|_bodies)\\.pvd|((_failed)?(_springs)?" + of_object +
             "|_bodies_[A-Za-z0-9_]+)_[0-9]{6,}(\\.pvtp|/.*_[0-9]{6,}_[0-9]+\\.vtp)";
@@ -83,7 +74,7 @@ OutputFolder::OutputFolder(MPI_Comm comm, const OutputOptions& options, const Ru
 }
 
 OutputFolder::~OutputFolder() {
-  if (is_started_ && is_root_) {
+  if (is_started_ && rank_of(comm_) == 0) {
     remove_parts();
     std::error_code ignored;
     fs::remove(path(parts_name), ignored);
@@ -155,7 +146,7 @@ void OutputFolder::read_list() {
   if (!std::getline(text, line)) {
     return;
   }
-  if (line.compare(0, 4, "run ") != 0) {
+  if (!starts_with(line, "run ")) {
     throw Error("output.directory: " + path(list_name) +
                 " is no list of the files of a run; expected 'run NAME' in its first line");
   }
@@ -200,7 +191,7 @@ std::string OutputFolder::listed(const Files& files, bool with_head) const {
 
 bool OutputFolder::is_of_run(const std::string& name) const {
   return std::regex_match(name, tables_) ||
-         (name.compare(0, name_.size(), name_) == 0 && std::regex_match(name.substr(name_.size()), frames_));
+         (starts_with(name, name_) && std::regex_match(name.substr(name_.size()), frames_));
 }
 
 void OutputFolder::check_conflicts() const {
@@ -223,7 +214,8 @@ void OutputFolder::check_conflicts() const {
     // A folder of this name belongs to the list, if a list exists.
     const bool is_foreign_parts = name == parts_name && files_.empty();
     const bool would_be_replaced = is_foreign_parts || record.count(name) > 0 || is_of_run(name);
-    if (would_be_replaced && exists(path(name)) && (files_.count(name) == 0 || !is_file_inside(directory_, name))) {
+    if (would_be_replaced && fs::exists(fs::symlink_status(path(name))) &&
+        (files_.count(name) == 0 || !is_file_inside(directory_, name))) {
       throw Error("output.directory: " + path(name) + " is there and " + path(list_name) +
                   " does not name it as a run's; expected another folder, or that you move it");
     }

@@ -9,12 +9,44 @@
 #include <utility>
 #include <vector>
 
-#include "io/distinct_names.h"
+#include "base/error.h"
 #include "io/open_file.h"
 #include "io/output_options.h"
 #include "io/run_record.h"
+#include "options/spelling.h"
 
 namespace pellicle::io {
+
+/// Names that have to differ, of the files in a folder or of the columns of a table, each with the option that chooses
+/// it. Case is ignored, as some file systems, and some programs that read tables, do.
+class DistinctNames {
+ public:
+  /// @param kind of the named things, "file" or "column" @param place where they have to differ, " of history.csv"
+  explicit DistinctNames(std::string kind, std::string place = "") : kind_(std::move(kind)), place_(std::move(place)) {}
+
+  /// @param owner key of the option, "bodies.ball"; empty: the program chooses the name
+  /// @throws Error, which names both owners, if another has the name
+  void add(const std::string& name, const std::string& owner) {
+    const auto [first, is_new] = named_.emplace(in_lower_case(name), Named{name, owner});
+    if (!is_new) {
+      const auto words = [](const std::string& owner) { return owner.empty() ? "the program itself" : owner; };
+      const bool is_same = first->second.name == name;
+      throw Error(words(first->second.owner) + " and " + words(owner) + " both name the " + kind_ + " " + name +
+                  (is_same ? "" : " (or " + first->second.name + ", which differs by upper and lower case alone)") +
+                  place_ + "; expected another name of one of them");
+    }
+  }
+
+ private:
+  struct Named {
+    std::string name;
+    std::string owner;
+  };
+
+  std::string kind_;
+  std::string place_;
+  std::map<std::string, Named> named_;  ///< by the name in lower case
+};
 
 /// The folder of a run: used by one run at a time, and by runs of one name only. `run_files.txt` in it lists every file
 /// that the run writes; the next run of this name removes the listed files alone. During the run the list is locked, by
@@ -87,7 +119,6 @@ class OutputFolder {
   std::regex tables_;  ///< names of tables and checkpoints of a run
   DistinctNames names_{"file"};
   std::regex frames_;  ///< what follows the run's name in names of frames
-  bool is_root_;
   bool is_started_ = false;
   OpenFile list_;  ///< on rank 0, locked
   Files files_;    ///< on rank 0

@@ -1,5 +1,3 @@
-#include "io/png_reader.h"
-
 #include <png.h>
 
 #include <cerrno>
@@ -12,15 +10,16 @@
 
 #include "base/error.h"
 #include "base/memory.h"
+#include "io/texture.h"
 
 namespace pellicle::io {
 
 namespace {
 
-/// libpng, with its message about a fault. Called through `run` alone, because libpng leaves a fault by longjmp.
+/// libpng for a file. Called through `run` alone, because libpng leaves a fault by longjmp.
 class Decoder {
  public:
-  Decoder() {
+  explicit Decoder(const std::string& path) : path_(path) {
     png_ = png_create_read_struct(PNG_LIBPNG_VER_STRING, this, keep_message, ignore_warning);
     info_ = png_ != nullptr ? png_create_info_struct(png_) : nullptr;
     if (info_ == nullptr) {
@@ -32,17 +31,14 @@ class Decoder {
   Decoder& operator=(const Decoder&) = delete;
   ~Decoder() { png_destroy_read_struct(&png_, &info_, nullptr); }
 
-  /// Calls work(png, info), in which nothing may need a destructor: a fault jumps out of it. False after a fault.
+  /// Calls work(png, info), in which nothing may need a destructor: a fault jumps out of it. @throws Error on a fault
   template <class Work>
-  bool run(const Work& work) {
+  void run(const Work& work) {
     if (setjmp(png_jmpbuf(png_)) != 0) {
-      return false;
+      throw Error(path_ + ": expected a PNG picture: the file is damaged or something else (" + message_ + ")");
     }
     work(png_, info_);
-    return true;
   }
-  /// libpng's own words on the fault.
-  const char* message() const { return message_; }
 
  private:
   [[noreturn]] static void keep_message(png_structp png, png_const_charp text) {
@@ -54,12 +50,14 @@ class Decoder {
 
   png_structp png_ = nullptr;
   png_infop info_ = nullptr;
-  char message_[200] = {};  ///< not a string, which would allocate on the way to a longjmp
+  const std::string& path_;
+  /// libpng's own words on the fault: not a string, which would allocate on the way to a longjmp.
+  char message_[200] = {};
 };
 
 }  // namespace
 
-Picture read_png(const std::string& path) {
+Texture read_png(const std::string& path) {
   constexpr double most_pixels = 1 << 26;
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(path, ignored)) {
@@ -69,21 +67,15 @@ Picture read_png(const std::string& path) {
   if (file == nullptr) {
     throw Error(path + ": cannot be opened for reading: " + std::strerror(errno));
   }
-  Decoder decoder;
-  const auto require = [&](bool sound) {
-    if (!sound) {
-      throw Error(path + ": expected a PNG picture: the file is damaged or something else (" + decoder.message() + ")");
-    }
-  };
-
-  Picture picture;
-  require(decoder.run([&](png_structp png, png_infop info) {
+  Decoder decoder(path);
+  Texture picture;
+  decoder.run([&](png_structp png, png_infop info) {
     png_set_crc_action(png, PNG_CRC_ERROR_QUIT, PNG_CRC_ERROR_QUIT);
     png_init_io(png, file.get());
     png_read_info(png, info);
     picture.width = static_cast<int>(png_get_image_width(png, info));
     picture.height = static_cast<int>(png_get_image_height(png, info));
-  }));
+  });
   const std::string what =
       path + ": a picture of " + std::to_string(picture.width) + " x " + std::to_string(picture.height) + " pixels";
   const double pixels = static_cast<double>(picture.width) * picture.height;
@@ -98,7 +90,7 @@ Picture read_png(const std::string& path) {
   std::size_t channel_bytes = 0;
   png_colorp palette = nullptr;  // the decoder's
   int colours = 0;
-  require(decoder.run([&](png_structp png, png_infop info) {
+  decoder.run([&](png_structp png, png_infop info) {
     if (png_get_color_type(png, info) == PNG_COLOR_TYPE_PALETTE) {
       // libpng would give numbers beyond the palette some colour, without a word.
       png_set_packing(png);
@@ -112,17 +104,17 @@ Picture read_png(const std::string& path) {
     row_bytes = png_get_rowbytes(png, info);
     channels = png_get_channels(png, info);
     channel_bytes = png_get_bit_depth(png, info) / 8;
-  }));
+  });
   const std::size_t height = picture.height;
   std::vector<unsigned char> bytes(row_bytes * height);
   std::vector<png_bytep> rows;
   for (std::size_t row = 0; row < height; ++row) {
     rows.push_back(bytes.data() + row * row_bytes);
   }
-  require(decoder.run([&](png_structp png, png_infop) {
+  decoder.run([&](png_structp png, png_infop) {
     png_read_image(png, rows.data());
     png_read_end(png, nullptr);
-  }));
+  });
 
   const double white = channel_bytes == 2 ? 65535 : 255;
   picture.grey.reserve(pixels);

@@ -20,19 +20,6 @@ namespace pellicle::io {
 
 namespace {
 
-std::string mpi_library() {
-  char text[MPI_MAX_LIBRARY_VERSION_STRING];
-  int length = 0;
-  MPI_Get_library_version(text, &length);
-  return text;
-}
-
-std::string petsc_library() {
-  char text[256];
-  check(PetscGetVersion(text, sizeof text));
-  return text;
-}
-
 /// "deck_1_paper.yaml": a copy of a copy has the name of the first.
 std::string copy_name(const RunRecord& record, std::size_t deck) {
   std::string name = std::filesystem::path(record.decks[deck].source()).filename().string();
@@ -42,6 +29,11 @@ std::string copy_name(const RunRecord& record, std::size_t deck) {
 }
 
 std::string facts(const RunRecord& record, int ranks) {
+  char petsc[256];
+  check(PetscGetVersion(petsc, sizeof petsc));
+  char mpi[MPI_MAX_LIBRARY_VERSION_STRING];
+  int length = 0;
+  MPI_Get_library_version(mpi, &length);
   YAML::Emitter yaml;
   yaml << YAML::BeginMap;
   yaml << YAML::Key << "program" << YAML::Value << record.program;
@@ -63,11 +55,11 @@ std::string facts(const RunRecord& record, int ranks) {
   }
   yaml << YAML::Key << "mesh" << YAML::Value << record.mesh;
   yaml << YAML::Key << "libraries" << YAML::Value << YAML::BeginMap;
-  yaml << YAML::Key << "petsc" << YAML::Value << petsc_library();
+  yaml << YAML::Key << "petsc" << YAML::Value << petsc;
   yaml << YAML::Key << "vtk" << YAML::Value << vtkVersion::GetVTKVersion();
   yaml << YAML::Key << "eigen" << YAML::Value
        << fmt::format("{}.{}.{}", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION);
-  yaml << YAML::Key << "mpi" << YAML::Value << mpi_library();
+  yaml << YAML::Key << "mpi" << YAML::Value << mpi;
   yaml << YAML::EndMap << YAML::EndMap;
   return std::string(yaml.c_str()) + "\n";
 }

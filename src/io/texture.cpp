@@ -10,28 +10,25 @@ namespace pellicle::io {
 
 Texture Texture::read(MPI_Comm comm, const std::string& path) {
   Texture texture;
-  Picture& picture = texture.picture_;
-  on_root(comm, [&] { picture = read_png(path); });
-  MPI_Bcast(&picture.width, 1, MPI_INT, 0, comm);
-  MPI_Bcast(&picture.height, 1, MPI_INT, 0, comm);
-  picture.grey.resize(static_cast<std::size_t>(picture.width) * static_cast<std::size_t>(picture.height));
-  MPI_Bcast(picture.grey.data(), static_cast<int>(picture.grey.size()), MPI_DOUBLE, 0, comm);
+  on_root(comm, [&] { texture = read_png(path); });
+  MPI_Bcast(&texture.width, 1, MPI_INT, 0, comm);
+  MPI_Bcast(&texture.height, 1, MPI_INT, 0, comm);
+  texture.grey.resize(static_cast<std::size_t>(texture.width) * static_cast<std::size_t>(texture.height));
+  MPI_Bcast(texture.grey.data(), static_cast<int>(texture.grey.size()), MPI_DOUBLE, 0, comm);
   return texture;
 }
 
-double Texture::pixel(int column, int row) const {
-  const auto place =
-      std::clamp(row, 0, height() - 1) * static_cast<std::ptrdiff_t>(width()) + std::clamp(column, 0, width() - 1);
-  return picture_.grey[place];
-}
-
 double Texture::sample(double u, double v) const {
-  const double x = std::clamp(u, 0.0, 1.0) * width() - 0.5;
-  const double y = std::clamp(v, 0.0, 1.0) * height() - 0.5;
+  const double x = std::clamp(u, 0.0, 1.0) * width - 0.5;
+  const double y = std::clamp(v, 0.0, 1.0) * height - 0.5;
   const int column = static_cast<int>(std::floor(x));
   const int row = static_cast<int>(std::floor(y));
   const double right = x - column;
   const double up = y - row;
+  const auto pixel = [this](int at_column, int at_row) {
+    return grey[std::clamp(at_row, 0, height - 1) * static_cast<std::ptrdiff_t>(width) +
+                std::clamp(at_column, 0, width - 1)];
+  };
   return (1 - up) * ((1 - right) * pixel(column, row) + right * pixel(column + 1, row)) +
          up * ((1 - right) * pixel(column, row + 1) + right * pixel(column + 1, row + 1));
 }

@@ -10,10 +10,6 @@
 #include "meshing/surface_mesh.h"
 #include "options/choice.h"
 
-namespace pellicle::options {
-class OptionTable;
-}  // namespace pellicle::options
-
 namespace pellicle::meshing {
 
 enum class BlobShape { sphere, ellipsoid, box, capsule, cylinder, torus };

@@ -14,7 +14,6 @@
 
 #include "base/error.h"
 #include "options/choice.h"
-#include "options/idle_options.h"
 #include "options/spelling.h"
 
 namespace pellicle::options {
@@ -25,7 +24,7 @@ bool is_deck(const std::string& argument) {
 }
 
 bool is_option(const std::string& argument) {
-  const std::size_t letter = argument.compare(0, 2, "--") == 0 ? 2 : 1;
+  const std::size_t letter = starts_with(argument, "--") ? 2 : 1;
   return argument.size() > letter && argument[0] == '-' && argument != "-inf" && argument != "-nan" &&
          std::isalpha(static_cast<unsigned char>(argument[letter])) != 0;
 }
@@ -63,8 +62,7 @@ const Option* declared_option(const OptionTable& table, const std::string& name)
   const Option* option = find(name);
   // Which objects there are is not known yet: "objects_" is followed by an object's name and an option's name.
   for (std::size_t end = name.find('_', name.find('_') + 1);
-       option == nullptr && end != std::string::npos && name.compare(0, 8, "objects_") == 0;
-       end = name.find('_', end + 1)) {
+       option == nullptr && end != std::string::npos && starts_with(name, "objects_"); end = name.find('_', end + 1)) {
     option = find(name.substr(end + 1));
   }
   return option;
@@ -140,30 +138,23 @@ std::string file_text(const std::string& path, const std::string& expected) {
   return text.str();
 }
 
-/// Message on `-bodies_bal_radius` if no deck has created `bal`: names the existing objects.
-void refuse_unknown_object(const OptionTable& table, const TypedOption& typed, const std::string& name) {
-  for (const auto& section : table.object_sections()) {
-    if (name.compare(0, section.name.size() + 1, section.name + "_") != 0) {
-      continue;
-    }
-    const bool names_object = std::any_of(section.objects.begin(), section.objects.end(), [&](const auto& object) {
-      const std::string start = section.name + "_" + object.name + "_";
-      return name.compare(0, start.size(), start) == 0;
-    });
-    if (!names_object) {
-      fail(typed.origin, "no such object; expected one that a deck names in " + section.key + ": " +
-                             (section.objects.empty() ? "there is none" : join(names_in(section.objects), ", ")));
-    }
-  }
+/// @param known names of the existing objects of a section
+[[noreturn]] void refuse_unknown_object(const TypedOption& typed, const std::string& section,
+                                        const std::string& known) {
+  fail(typed.origin, "no such object; expected one that a deck names in " + section + ": " +
+                         (known.empty() ? "there is none" : known));
 }
 
-/// Message on `-objects_clot_heat_capacity` if no deck has named `clot`: names the existing objects.
-void refuse_unknown_object_of_run(const ObjectTables& tables, const TypedOption& typed) {
-  if (typed.name.compare(0, 8, "objects_") != 0 || typed.name == "objects_dump") {  // which is PETSc's
-    return;
+/// Refuses `-bodies_bal_radius` if no deck has created `bal`.
+void require_known_object(const OptionTable& table, const TypedOption& typed, const std::string& name) {
+  for (const auto& section : table.object_sections()) {
+    const bool names_object = std::any_of(section.objects.begin(), section.objects.end(), [&](const auto& object) {
+      return starts_with(name, section.name + "_" + object.name + "_");
+    });
+    if (starts_with(name, section.name + "_") && !names_object) {
+      refuse_unknown_object(typed, section.key, join(names_in(section.objects), ", "));
+    }
   }
-  fail(typed.origin, "no such object; expected one that a deck names in objects: " +
-                         (tables.are_named() ? join(names_in(tables), ", ") : "there is none"));
 }
 
 /// @param object for which the option is; empty: for all
@@ -174,7 +165,7 @@ void set_option(const TypedOption& typed, const std::string& object, const std::
     Option* option = one.table->find_name(name);
     if (option == nullptr) {
       if (const auto meant = one.table->meant_name(name)) {
-        refuse_unknown_object(*one.table, typed, name);
+        require_known_object(*one.table, typed, name);
         fail(typed.origin, "unknown option; nearest valid option: -" + object_prefix(object) + *meant);
       }
       petsc.push_back({name, typed.value, typed.origin, object});
@@ -202,8 +193,8 @@ void set_options(const std::vector<TypedOption>& options, const ObjectTables& ta
   for (const bool for_one : {false, true}) {
     for (const TypedOption& typed : options) {
       const auto [object, name] = tables.split_name(typed.name);
-      if (object.empty()) {
-        refuse_unknown_object_of_run(tables, typed);
+      if (object.empty() && starts_with(name, "objects_") && name != "objects_dump") {  // which is PETSc's
+        refuse_unknown_object(typed, "objects", tables.are_named() ? join(names_in(tables), ", ") : "");
       }
       if (object.empty() != for_one) {
         set_option(typed, object, name, tables, petsc);
@@ -306,15 +297,12 @@ ProgramArguments read_arguments(MPI_Comm comm, const std::vector<std::string>& w
     typed_words.push_back({word});
   }
   const std::vector<TypedOption> typed = split_words(typed_words, command_line, table, &arguments.decks);
-  std::vector<TypedOption> options = all_options(comm, typed, table);
+  const std::vector<TypedOption> options = all_options(comm, typed, table);
   for (const TypedOption& option : options) {
     arguments.help = arguments.help || option.name == "help" || option.name == "h";
     arguments.options_table = arguments.options_table || option.name == "options_table";
     arguments.version = arguments.version || option.name == "version";
   }
-  options.erase(
-      std::remove_if(options.begin(), options.end(), [](const TypedOption& option) { return is_flag(option.name); }),
-      options.end());
   if (arguments.help || arguments.options_table || arguments.version) {
     return arguments;
   }

@@ -7,8 +7,6 @@
 #include <vector>
 
 #include "options/deck.h"
-#include "options/object_tables.h"
-#include "options/petsc_options.h"
 
 namespace pellicle::options {
 

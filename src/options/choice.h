@@ -8,6 +8,7 @@
 namespace pellicle::options {
 
 class OptionTable;  // to which headers of options declare how they are added
+struct Condition;   // under which they are
 
 /// The names of the rows of a table, in their order: those of an enumeration's values that a table describes.
 template <class Table>
@@ -29,9 +30,7 @@ class AnyChoice {
 
  protected:
   AnyChoice(const std::vector<std::string>& names, std::size_t index) : names_(&names), index_(index) {}
-  std::size_t index_value() const { return index_; }
 
- private:
   const std::vector<std::string>* names_;
   std::size_t index_;
 };
@@ -51,7 +50,7 @@ class Choice : public AnyChoice {
   Choice(const std::string& name) : Choice(E{}) { set(name); }  // NOLINT(google-explicit-constructor)
   Choice(const char* name) : Choice(std::string(name)) {}       // NOLINT(google-explicit-constructor)
 
-  operator E() const { return static_cast<E>(index_value()); }  // NOLINT(google-explicit-constructor)
+  operator E() const { return static_cast<E>(index_); }  // NOLINT(google-explicit-constructor)
 
  private:
   static const std::vector<std::string>& all_names() {

@@ -129,93 +129,85 @@ class DeckReader {
   }
 
  private:
-  void read_map(const YAML::Node& map, const std::string& parent) {
-    // First the entries that the map includes from others, so that its own entries override them.
-    const std::vector<YAML::Node> others = merged_maps(map, parent);
+  using Entries = std::vector<std::pair<YAML::Node, YAML::Node>>;
+
+  /// Adds the entries of a map, first those of the maps that it includes, so that its own override them, as earlier
+  /// ones of these do later ones.
+  void add_entries(const YAML::Node& map, const std::string& parent, Entries& entries) {
+    const std::string start = parent.empty() ? "" : parent + ".";
+    std::vector<YAML::Node> others;
+    for_each_merged(map, [&](const YAML::Node& key, const YAML::Node& node) {
+      line_ = key.Mark().line + 1;
+      if (!node.IsMap()) {
+        fail(start + "<<", "not an alias of a map; expected one, or a list of them");
+      }
+      others.push_back(node);
+    });
     for (auto other = others.rbegin(); other != others.rend(); ++other) {
-      read_map(*other, parent);
+      add_entries(*other, parent, entries);
     }
-    FirstLines first_lines;
+    std::map<std::string, int> first_lines;
     for (const auto& entry : map) {
-      line_ = entry.first.Mark().line + 1;
       if (is_merge(entry.first)) {
         continue;
       }
-      if (!entry.first.IsScalar()) {
+      line_ = entry.first.Mark().line + 1;
+      const auto [first, is_new] = first_lines.emplace(entry.first.Scalar(), line_);
+      if (!is_new && entry.first.IsScalar()) {
+        fail(start + first->first,
+             "duplicate key, first given in line " + std::to_string(first->second) + "; expected once");
+      }
+      entries.emplace_back(entry.first, entry.second);
+    }
+  }
+
+  /// Calls visit(key, node) for the entries of a map in their order, with line_ at each.
+  template <class Visit>
+  void for_each_entry(const YAML::Node& map, const std::string& parent, const Visit& visit) {
+    Entries entries;
+    add_entries(map, parent, entries);
+    for (const auto& [key, node] : entries) {
+      line_ = key.Mark().line + 1;
+      visit(key, node);
+    }
+  }
+
+  void read_map(const YAML::Node& map, const std::string& parent) {
+    for_each_entry(map, parent, [&](const YAML::Node& name, const YAML::Node& node) {
+      if (!name.IsScalar()) {
         fail(parent.empty() ? "deck" : parent, "a key that is no word; expected the name of an option");
       }
-      const std::string word = entry.first.Scalar();
-      const std::string key = parent.empty() ? word : parent + "." + word;
-      const bool is_objects = object_.empty() && key == objects_key;
-      if (word.find('.') != std::string::npos) {
+      const std::string key = parent.empty() ? name.Scalar() : parent + "." + name.Scalar();
+      if (name.Scalar().find('.') != std::string::npos) {
         fail(key, "a key with dots; expected nested maps such as heat: {diffusivity: ...}");
       }
-      require_new(first_lines, word, key);
-      if (!is_objects) {
-        read_entry(key, entry.second);
+      if (!object_.empty() || key != objects_key) {
+        read_entry(key, node);
       }
-    }
+    });
   }
 
   /// Reads the options of single objects, after those of all.
   void read_objects_of_run(const YAML::Node& root) {
-    for (const YAML::Node& other : merged_maps(root, "")) {
-      read_objects_of_run(other);
-    }
-    if (root[objects_key]) {
-      read_named_objects(root[objects_key]);
-    }
-  }
-
-  /// Reads a map of objects, first those included from others.
-  void read_named_objects(const YAML::Node& objects) {
-    for (const YAML::Node& other : merged_maps(objects, objects_key)) {
-      read_named_objects(other);
-    }
-    FirstLines first_lines;
-    for (const auto& entry : objects) {
-      if (is_merge(entry.first)) {
-        continue;
+    for_each_entry(root, "", [&](const YAML::Node& key, const YAML::Node& objects) {
+      if (key.Scalar() == objects_key) {
+        for_each_entry(objects, objects_key, [&](const YAML::Node& name, const YAML::Node& options) {
+          object_ = name.Scalar();
+          sets_something_ = true;
+          given_to_ = tables_.of(object_);
+          if (!options.IsMap() && !options.IsNull()) {
+            fail("", described(options) + "; expected a map of options");
+          }
+          read_map(options, "");
+          object_.clear();
+          given_to_ = tables_.of("");
+        });
       }
-      line_ = entry.first.Mark().line + 1;
-      const std::string name = entry.first.Scalar();
-      require_new(first_lines, name, objects_key + ("." + name));
-      object_ = name;
-      sets_something_ = true;
-      given_to_ = tables_.of(name);
-      if (!entry.second.IsMap() && !entry.second.IsNull()) {
-        fail("", described(entry.second) + "; expected a map of options");
-      }
-      read_map(entry.second, "");
-      object_.clear();
-      given_to_ = tables_.of("");
-    }
-  }
-
-  /// The lines of the keys of a map so far.
-  using FirstLines = std::map<std::string, int>;
-  void require_new(FirstLines& first_lines, const std::string& word, const std::string& key) const {
-    const auto [first, is_new] = first_lines.emplace(word, line_);
-    if (!is_new) {
-      fail(key, "duplicate key, first given in line " + std::to_string(first->second) + "; expected once");
-    }
-  }
-
-  /// The maps that a map includes; earlier ones override later ones.
-  std::vector<YAML::Node> merged_maps(const YAML::Node& map, const std::string& parent) {
-    std::vector<YAML::Node> maps;
-    for_each_merged(map, [&](const YAML::Node& key, const YAML::Node& node) {
-      line_ = key.Mark().line + 1;
-      if (!node.IsMap()) {
-        fail((parent.empty() ? "" : parent + ".") + "<<", "not an alias of a map; expected one, or a list of them");
-      }
-      maps.push_back(node);
     });
-    return maps;
   }
 
   void read_entry(const std::string& key, const YAML::Node& node) {
-    const bool in_petsc = key.compare(0, 6, "petsc.") == 0;
+    const bool in_petsc = starts_with(key, "petsc.");
     const OptionTable& table = *given_to_.front().table;
     if (const Option* declared = given_to_.front().table->find_key(key)) {
       refuse_in_object(key, declared->is_of_run());
@@ -253,34 +245,22 @@ class DeckReader {
     }
   }
 
+  /// Creates the objects first, so that a misspelt key of one finds its neighbours.
   void read_objects(const std::string& section, const YAML::Node& node) {
     if (!node.IsMap() && !node.IsNull()) {
       fail(section, described(node) + "; expected a map of named objects");
     }
-    create_objects(section, node);
-    read_map(node, section);
-  }
-
-  /// The objects first, so that a misspelt key of one finds its neighbours.
-  void create_objects(const std::string& section, const YAML::Node& node) {
-    for (const YAML::Node& other : merged_maps(node, section)) {
-      create_objects(section, other);
-    }
-    for (const auto& entry : node) {
-      line_ = entry.first.Mark().line + 1;
-      if (is_merge(entry.first)) {
-        continue;
-      }
-      const std::string object = entry.first.IsScalar() ? entry.first.Scalar() : "";
+    for_each_entry(node, section, [&](const YAML::Node& name, const YAML::Node&) {
       sets_something_ = true;
       for (const ObjectTable& one : given_to_) {
         try {
-          one.table->create_object(section, object, origin(section + "." + object));
+          one.table->create_object(section, name.Scalar(), origin(section + "." + name.Scalar()));
         } catch (const Error& error) {
-          fail(section + "." + object, error.what());
+          fail(section + "." + name.Scalar(), error.what());
         }
       }
-    }
+    });
+    read_map(node, section);
   }
 
   void read_petsc_option(const std::string& key, const std::string& name, const YAML::Node& node) {
@@ -372,7 +352,14 @@ class DeckReader {
 };
 
 void emit_value(YAML::Emitter& out, const Option& option) {
-  const WrittenValue written = option.value_with_unit();
+  WrittenValue written = option.value();
+  if (option.unit() == "rad") {  // Beyond a full turn an angle must name it.
+    for (auto& row : written.rows) {
+      for (std::string& word : row) {
+        word += " rad";
+      }
+    }
+  }
   if (written.kind == WrittenValue::Kind::scalar) {
     out << written.rows.front().front();
   } else if (written.kind == WrittenValue::Kind::list) {
@@ -391,23 +378,26 @@ void emit_value(YAML::Emitter& out, const Option& option) {
 
 /// Writes the entries of a map: the options whose keys begin with `start`. A group stands where its first option does.
 void emit_group(YAML::Emitter& out, const std::vector<const Option*>& options, const std::string& start) {
-  std::map<std::string, std::vector<const Option*>> groups;
+  struct Group {
+    std::string key;
+    std::vector<const Option*> options;
+  };
+  std::vector<Group> groups;
   for (const Option* option : options) {
-    const std::string rest = option->key().substr(start.size());
-    groups[rest.substr(0, rest.find('.'))].push_back(option);
-  }
-  for (const Option* option : options) {
-    const std::string rest = option->key().substr(start.size());
-    const std::string word = rest.substr(0, rest.find('.'));
-    if (groups[word].front() != option) {
-      continue;
+    const std::string key = option->key().substr(0, option->key().find('.', start.size()));
+    Group* known = first_that(groups, [&key](const Group& group) { return group.key == key; });
+    if (known == nullptr) {
+      known = &groups.emplace_back(Group{key, {}});
     }
-    out << YAML::Key << word << YAML::Value;
-    if (rest == word) {
-      emit_value(out, *option);
+    known->options.push_back(option);
+  }
+  for (const Group& group : groups) {
+    out << YAML::Key << group.key.substr(start.size()) << YAML::Value;
+    if (group.options.front()->key() == group.key) {
+      emit_value(out, *group.options.front());
     } else {
       out << YAML::BeginMap;
-      emit_group(out, groups[word], start + word + ".");
+      emit_group(out, group.options, group.key + ".");
       out << YAML::EndMap;
     }
   }
@@ -434,7 +424,7 @@ YAML::Node parse(const std::string& path, const std::string& text) {
 
 std::string original_of(const std::string& path) {
   const std::filesystem::path file(path);
-  if (file.filename().string().compare(0, 5, "deck_") != 0) {
+  if (!starts_with(file.filename().string(), "deck_")) {
     return "";
   }
   try {
@@ -460,38 +450,38 @@ namespace {
               "; expected a map of named objects such as cloth: {mesh: {shape: square}}");
 }
 
-/// Adds the names in a map of objects, first those that are included from others.
-void add_names(const std::string& path, const YAML::Node& objects, std::vector<std::string>& names) {
-  for_each_merged(objects, [&](const YAML::Node&, const YAML::Node& other) {
+/// Calls visit(map) for the maps that a map includes, at any depth, and then for itself.
+template <class Visit>
+void for_each_included(const YAML::Node& map, const Visit& visit) {
+  for_each_merged(map, [&](const YAML::Node&, const YAML::Node& other) {
     if (other.IsMap()) {
-      add_names(path, other, names);
+      for_each_included(other, visit);
     }
   });
-  for (const auto& entry : objects) {
-    const std::string name = entry.first.IsScalar() ? entry.first.Scalar() : "";
-    if (!is_merge(entry.first) && !is_word(name)) {
-      refuse_objects(path, entry.first, "\"" + name + "\" is no name, which has letters, digits and underscores");
-    }
-    if (!is_merge(entry.first) && std::find(names.begin(), names.end(), name) == names.end()) {
-      names.push_back(name);
-    }
-  }
+  visit(map);
 }
 
-/// Adds the names of the objects of a deck, included ones too. DeckReader reports malformed maps, except that of the
-/// objects.
+/// Adds the names of the objects of a deck. DeckReader reports malformed maps, except that of the objects.
 void add_objects(const std::string& path, const YAML::Node& root, std::vector<std::string>& names) {
-  for_each_merged(root, [&](const YAML::Node&, const YAML::Node& other) {
-    if (other.IsMap()) {
-      add_objects(path, other, names);
+  const auto add_names = [&](const YAML::Node& objects) {
+    for (const auto& entry : objects) {
+      const std::string name = entry.first.IsScalar() ? entry.first.Scalar() : "";
+      if (!is_merge(entry.first) && !is_word(name)) {
+        refuse_objects(path, entry.first, "\"" + name + "\" is no name, which has letters, digits and underscores");
+      }
+      if (!is_merge(entry.first) && std::find(names.begin(), names.end(), name) == names.end()) {
+        names.push_back(name);
+      }
+    }
+  };
+  for_each_included(root, [&](const YAML::Node& map) {
+    if (const YAML::Node objects = map[objects_key]) {
+      if (!objects.IsMap() || objects.size() == 0) {
+        refuse_objects(path, objects, "names no object");
+      }
+      for_each_included(objects, add_names);
     }
   });
-  if (const YAML::Node objects = root[objects_key]) {
-    if (!objects.IsMap() || objects.size() == 0) {
-      refuse_objects(path, objects, "names no object");
-    }
-    add_names(path, objects, names);
-  }
 }
 
 }  // namespace

@@ -4,8 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "options/object_tables.h"
-#include "options/petsc_options.h"
+#include "options/run_options.h"
 
 namespace pellicle::options {
 

@@ -1,7 +1,6 @@
-#include "options/manual.h"
-
 #include <sstream>
-#include <vector>
+
+#include "options/options.h"
 
 namespace pellicle::options {
 
@@ -17,12 +16,8 @@ struct Module {
 Module& module_of(std::vector<Module>& modules, const std::string& key, bool object) {
   const std::size_t dot = key.find('.');
   const std::string name = dot == std::string::npos && !object ? "general" : key.substr(0, dot);
-  for (Module& module : modules) {
-    if (module.name == name) {
-      return module;
-    }
-  }
-  return modules.emplace_back(Module{name, {}, {}});
+  Module* known = first_that(modules, [&name](const Module& module) { return module.name == name; });
+  return known != nullptr ? *known : modules.emplace_back(Module{name, {}, {}});
 }
 
 std::vector<Module> modules_of(const OptionTable& table) {

@@ -32,10 +32,6 @@ constexpr std::array<const char*, 38> solver_words{
 constexpr std::array<const char*, 5> common_solver_options{"ksp_type", "ksp_rtol", "ksp_max_it", "ksp_monitor",
                                                            "pc_type"};
 
-bool starts_with(const std::string& text, const std::string& start) {
-  return text.compare(0, start.size(), start) == 0;
-}
-
 bool ends_with(const std::string& text, const std::string& end) {
   return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
 }
@@ -82,13 +78,6 @@ std::string word_of(const std::optional<double>& number) { return number ? numbe
 /// If an option has more choices, its help says what they are.
 constexpr std::size_t most_listed_choices = 20;
 
-/// The first of some items for which `is` holds; null: none.
-template <class Items, class Is>
-auto* first_that(Items& items, const Is& is) {
-  const auto found = std::find_if(items.begin(), items.end(), is);
-  return found == items.end() ? nullptr : &*found;
-}
-
 template <class T>
 inline constexpr bool is_list = std::is_same_v<T, Eigen::Vector3d> || std::is_same_v<T, std::vector<double>> ||
                                 std::is_same_v<T, std::vector<int>> || std::is_same_v<T, std::vector<std::string>>;
@@ -118,11 +107,6 @@ Rules& Rules::unit(std::string text) {
   return *this;
 }
 
-Rules& Rules::acts_with(Condition condition) {
-  conditions_.push_back(std::move(condition));
-  return *this;
-}
-
 Rules& Rules::under(const Rules& outer) {
   conditions_.insert(conditions_.begin(), outer.conditions_.begin(), outer.conditions_.end());
   is_solver_setting_ = is_solver_setting_ || outer.is_solver_setting_;
@@ -146,8 +130,6 @@ Option::Option(std::string key, Variable variable, Rules rules)
   default_text_ = join(rows, "; ");
 }
 
-const Condition* Option::idle_because() const { return first_unmet(conditions_); }
-
 bool Option::is_blank() const {
   const WrittenValue now = value();
   return now.rows.empty() || now.rows.front().empty() || now.rows.front().front().empty() ||
@@ -168,24 +150,18 @@ std::string Option::range_text() const {
   return join(parts, "; ");
 }
 
-bool Option::has_key_points() const { return holds<Rows>() && units_.size() > 1 && units_.front() == "s"; }
-
 std::string Option::limits(const std::string& unit) const {
   std::vector<std::string> parts;
-  if (lowest_ && highest_) {
-    parts.push_back(number_text(*lowest_) + " to " + number_text(*highest_) + unit);
-  } else if (lowest_) {
-    parts.push_back("at least " + number_text(*lowest_) + unit);
-  }
-  if (above_) {
-    parts.push_back("more than " + number_text(*above_) + unit);
-  }
-  if (highest_ && !lowest_) {
-    parts.push_back("at most " + number_text(*highest_) + unit);
-  }
-  if (below_) {
-    parts.push_back("less than " + number_text(*below_) + unit);
-  }
+  const auto add = [&](const std::string& words, const std::optional<double>& bound) {
+    if (bound) {
+      parts.push_back(words + number_text(*bound) + unit);
+    }
+  };
+  const bool is_interval = lowest_ && highest_;
+  add(is_interval ? number_text(*lowest_) + " to " : "at least ", is_interval ? highest_ : lowest_);
+  add("more than ", above_);
+  add("at most ", is_interval ? std::nullopt : highest_);
+  add("less than ", below_);
   return join(parts, ", ");
 }
 
@@ -236,18 +212,6 @@ WrittenValue Option::value() const {
       variable_);
 }
 
-WrittenValue Option::value_with_unit() const {
-  WrittenValue written = value();
-  if (unit_ == "rad") {  // Beyond a full turn an angle must name it.
-    for (auto& row : written.rows) {
-      for (std::string& word : row) {
-        word += " rad";
-      }
-    }
-  }
-  return written;
-}
-
 WrittenValue Option::from_command_line(const std::string& text) const {
   return std::visit(
       [&](auto* variable) -> WrittenValue {
@@ -277,7 +241,12 @@ void Option::resolve(WrittenValue& written, const std::string& folder) const {
 void Option::give(const WrittenValue& written, Origin origin) {
   assign(written);
   origin_ = std::move(origin);
-  has_acted_ = false;
+}
+
+void Option::note_acting() {
+  if (origin_ && idle_because() == nullptr) {
+    origin_->has_acted = true;
+  }
 }
 
 void Option::assign(const WrittenValue& written) {
@@ -413,21 +382,16 @@ void Option::check_range(double value, const std::string& word) const {
 
 void Option::refuse(const std::string& problem) const { throw Error(problem + "; expected " + expected()); }
 
-const std::string& Option::column_unit(std::size_t column) const {
-  return units_.size() > 1 ? units_[column] : units_.front();
-}
-
 Option& OptionTable::add(const std::string& key, Option::Variable variable, Rules rules) {
   Option option(base_ + key, variable, std::move(rules.under(common_)));
-  const auto same = [&](const Option& other) { return other.name() == option.name(); };
-  const auto below = [&](const Option& other) {
-    return starts_with(other.key(), option.key() + ".") || starts_with(option.key(), other.key() + ".");
+  const auto collides = [&](const Option& other) {
+    return other.name() == option.name() || starts_with(other.key(), option.key() + ".") ||
+           starts_with(option.key(), other.key() + ".");
   };
   const bool in_section = base_.empty() && std::any_of(sections_.begin(), sections_.end(), [&](const ObjectSection& s) {
                             return starts_with(option.key() + ".", s.key + ".");
                           });
-  if (in_section || std::any_of(target_->begin(), target_->end(), same) ||
-      std::any_of(target_->begin(), target_->end(), below)) {
+  if (in_section || std::any_of(target_->begin(), target_->end(), collides)) {
     throw std::logic_error("option " + option.key() + " is declared twice, or is a group as well");
   }
   return target_->emplace_back(std::move(option));
@@ -454,26 +418,6 @@ void OptionTable::add_object_section(const std::string& section, std::string hel
   target_ = &options_;
 }
 
-void OptionTable::add_solver_prefix(std::string prefix, std::vector<std::string> variants) {
-  solver_prefixes_.push_back({std::move(prefix), std::move(variants), common_.conditions()});
-}
-
-Option* OptionTable::find_key(const std::string& key) {
-  return first_that(options_, [&](const Option& option) { return option.key() == key; });
-}
-
-const Option* OptionTable::find_name(const std::string& name) const {
-  return first_that(options_, [&](const Option& option) { return option.name() == name; });
-}
-
-Option* OptionTable::find_name(const std::string& name) {
-  return first_that(options_, [&](const Option& option) { return option.name() == name; });
-}
-
-const OptionTable::ObjectSection* OptionTable::find_section(const std::string& key) const {
-  return first_that(sections_, [&](const ObjectSection& section) { return section.key == key; });
-}
-
 const Option* OptionTable::find_prototype(const std::string& name) const {
   for (const ObjectSection& section : sections_) {
     const std::string start = section.name + "_";
@@ -489,13 +433,11 @@ const Option* OptionTable::find_prototype(const std::string& name) const {
 
 namespace {
 
-/// The beginnings of the names of PETSc's options below a solver prefix.
-std::vector<std::string> starts_of(const SolverPrefix& solver) {
-  std::vector<std::string> starts{solver.prefix};
-  for (const std::string& variant : solver.variants) {
-    starts.push_back(solver.prefix + variant);
-  }
-  return starts;
+/// Whether `is` holds for one of the beginnings of the names of PETSc's options below a solver prefix.
+template <class Is>
+bool any_start(const SolverPrefix& solver, const Is& is) {
+  return is(solver.prefix) || std::any_of(solver.variants.begin(), solver.variants.end(),
+                                          [&](const std::string& variant) { return is(solver.prefix + variant); });
 }
 
 bool names_solver_option(const std::string& name, const std::string& start) {
@@ -506,15 +448,13 @@ bool names_solver_option(const std::string& name, const std::string& start) {
 
 bool OptionTable::is_group(const std::string& key) const {
   const std::string name = command_line_name(key) + "_";
-  for (const SolverPrefix& solver : solver_prefixes_) {
-    for (const std::string& start : starts_of(solver)) {
-      if (starts_with(start, name) || names_solver_option(name, start)) {
-        return true;
-      }
-    }
-  }
+  const auto is_of_solver = [&name](const std::string& start) {
+    return starts_with(start, name) || names_solver_option(name, start);
+  };
   const auto below = [&](const auto& declared) { return starts_with(declared, key + "."); };
-  return std::any_of(options_.begin(), options_.end(), [&](const Option& option) { return below(option.key()); }) ||
+  return std::any_of(solver_prefixes_.begin(), solver_prefixes_.end(),
+                     [&](const SolverPrefix& solver) { return any_start(solver, is_of_solver); }) ||
+         std::any_of(options_.begin(), options_.end(), [&](const Option& option) { return below(option.key()); }) ||
          std::any_of(sections_.begin(), sections_.end(), [&](const ObjectSection& s) { return below(s.key); });
 }
 
@@ -552,7 +492,7 @@ void OptionTable::note_acting() {
   }
   for (ObjectSection& section : sections_) {
     for (Object& object : section.objects) {
-      object.has_acted = object.has_acted || first_unmet(section.rules.conditions()) == nullptr;
+      object.origin.has_acted = object.origin.has_acted || first_unmet(section.rules.conditions()) == nullptr;
     }
   }
 }
@@ -580,14 +520,8 @@ void OptionTable::create_object(const std::string& section, const std::string& o
 }
 
 const SolverPrefix* OptionTable::solver_of(const std::string& name) const {
-  for (const SolverPrefix& solver : solver_prefixes_) {
-    for (const std::string& start : starts_of(solver)) {
-      if (names_solver_option(name, start)) {
-        return &solver;
-      }
-    }
-  }
-  return nullptr;
+  const auto is_of = [&name](const std::string& start) { return names_solver_option(name, start); };
+  return first_that(solver_prefixes_, [&](const SolverPrefix& solver) { return any_start(solver, is_of); });
 }
 
 std::vector<std::string> OptionTable::variant_names(const std::string& name) const {
@@ -641,22 +575,11 @@ std::optional<std::string> OptionTable::meant_name(const std::string& name) cons
                                                                                              : std::nullopt;
 }
 
-Condition one_of(const std::string& key, const std::string& variable, std::vector<std::string> values) {
-  const std::string words = key + ": " + join(values, ", ");
-  return {words, [&variable, values = std::move(values)] {
-            return std::find(values.begin(), values.end(), variable) != values.end();
-          }};
-}
-
 Condition one_of_names(const std::string& key, const AnyChoice& variable, std::vector<std::string> values) {
   const std::string words = key + ": " + join(values, ", ");
   return {words, [&variable, values = std::move(values)] {
             return std::find(values.begin(), values.end(), variable.name()) != values.end();
           }};
-}
-
-const Condition* first_unmet(const std::vector<Condition>& conditions) {
-  return first_that(conditions, [](const Condition& condition) { return !condition.holds(); });
 }
 
 void OptionTable::check_exclusions() const {

@@ -11,6 +11,7 @@
 #include <variant>
 #include <vector>
 
+#include "base/sorting.h"
 #include "options/choice.h"
 
 namespace pellicle::options {
@@ -33,6 +34,7 @@ struct Origin {
   /// Whether the source is laid over a scene and may be meant for many scenes: a deck after the first, PETSc's files
   /// and environment.
   bool is_laid_over = false;
+  bool has_acted = false;  ///< whether what is given had an effect after the source, or a later one, had been read
 
   /// "input/deck.yaml:3: heat.diffusivity", as messages begin.
   std::string text() const { return source + (line > 0 ? ":" + std::to_string(line) : "") + ": " + name; }
@@ -44,8 +46,12 @@ struct Condition {
   std::function<bool()> holds;
 };
 
+/// The first condition that does not hold; null if all hold.
+inline const Condition* first_unmet(const std::vector<Condition>& conditions) {
+  return first_that(conditions, [](const Condition& condition) { return !condition.holds(); });
+}
+
 /// The condition that the option `key`, stored in `variable`, has one of some values.
-Condition one_of(const std::string& key, const std::string& variable, std::vector<std::string> values);
 Condition one_of_names(const std::string& key, const AnyChoice& variable, std::vector<std::string> values);
 template <class E>
 Condition one_of(const std::string& key, const Choice<E>& variable, const std::vector<E>& values) {
@@ -104,7 +110,10 @@ class Rules {
   Rules& help(std::string text) { return set(help_, std::move(text)); }
   /// Adds a condition for an effect of the option, which is checked after all options have been read. All conditions
   /// must hold.
-  Rules& acts_with(Condition condition);
+  Rules& acts_with(Condition condition) {
+    conditions_.push_back(std::move(condition));
+    return *this;
+  }
   /// Adds what the rules of a group of options say of their effect, the conditions before the option's own.
   Rules& under(const Rules& outer);
   /// Marks an option of a solver, not of the problem: a deck laid over a scene may set it for a chain that the run does
@@ -170,14 +179,12 @@ class Option : public Rules {
   std::string range_text() const;
   bool is_flag() const { return holds<bool>(); }
   /// The first condition of the option that does not hold; null: it acts.
-  const Condition* idle_because() const;
+  const Condition* idle_because() const { return first_unmet(conditions_); }
   /// Whether the value means that nothing is given: an empty text or list, or none.
   bool is_blank() const;
 
   /// The variable's value now, in SI, without its unit.
   WrittenValue value() const;
-  /// The variable's value in the form that `assign` reads: angles have their unit.
-  WrittenValue value_with_unit() const;
 
   /// Splits a value of the command line: lists at commas, Rows at semicolons too.
   WrittenValue from_command_line(const std::string& text) const;
@@ -192,9 +199,8 @@ class Option : public Rules {
 
   /// Origin of the last given value; none if there is none.
   const std::optional<Origin>& origin() const { return origin_; }
-  /// Whether the option had an effect after its source, or a later one, had been read.
-  bool has_acted() const { return has_acted_; }
-  void note_acting() { has_acted_ = has_acted_ || idle_because() == nullptr; }
+  /// Notes in the origin if the option has an effect now.
+  void note_acting();
 
   /// Description of the expected value: "a length such as 0.3 mm, at least 0".
   std::string expected() const;
@@ -209,16 +215,15 @@ class Option : public Rules {
   int integer(const std::string& word) const;
   std::string chosen(const std::string& word) const;
   void check_range(double value, const std::string& word) const;
-  bool has_key_points() const;
+  bool has_key_points() const { return holds<Rows>() && units_.size() > 1 && units_.front() == "s"; }
   /// "0 to 1", "more than 0, at most 5"; empty: any number. @param unit of every bound, " K", or nothing
   std::string limits(const std::string& unit) const;
   [[noreturn]] void refuse(const std::string& problem) const;
-  const std::string& column_unit(std::size_t column) const;
+  const std::string& column_unit(std::size_t column) const { return units_[units_.size() > 1 ? column : 0]; }
 
   std::string key_;
   std::string name_;
   Variable variable_;
-  bool has_acted_ = false;
   std::optional<Origin> origin_;
   std::string default_text_;
 };
@@ -230,9 +235,6 @@ struct SolverPrefix {
   std::vector<Condition> conditions;  ///< conditions for the run to have these solvers
 };
 
-/// The first condition that does not hold; null if all hold.
-const Condition* first_unmet(const std::vector<Condition>& conditions);
-
 /// Every option of the program, grouped by the first word of its key (the module).
 ///
 /// A key such as "heat.diffusivity" is `heat: {diffusivity: ...}` in a deck and `-heat_diffusivity` on the command
@@ -243,8 +245,7 @@ class OptionTable {
   /// A named object that a deck has created.
   struct Object {
     std::string name;
-    Origin origin;           ///< of the deck that named it last
-    bool has_acted = false;  ///< as Option::has_acted
+    Origin origin;  ///< of the deck that named it last
   };
 
   /// Named objects of one kind, such as all bodies.
@@ -324,7 +325,9 @@ class OptionTable {
   /// `pc_...`, `sub_...`, ...) goes to PETSc's options database instead of being an error.
   /// `variants` such as {"red_", "green_"} may follow the prefix; PETSc options given for the prefix alone are
   /// handed to every variant that does not set them itself.
-  void add_solver_prefix(std::string prefix, std::vector<std::string> variants = {});
+  void add_solver_prefix(std::string prefix, std::vector<std::string> variants = {}) {
+    solver_prefixes_.push_back({std::move(prefix), std::move(variants), common_.conditions()});
+  }
 
   /// The declared options and those of the objects created so far, in that order.
   std::deque<Option>& options() { return options_; }
@@ -333,11 +336,19 @@ class OptionTable {
   const std::vector<SolverPrefix>& solver_prefixes() const { return solver_prefixes_; }
 
   /// The option of a key or of a name on the command line (without the dash); null: none.
-  Option* find_key(const std::string& key);
-  Option* find_name(const std::string& name);
-  const Option* find_name(const std::string& name) const;
+  Option* find_key(const std::string& key) {
+    return first_that(options_, [&](const Option& option) { return option.key() == key; });
+  }
+  Option* find_name(const std::string& name) {
+    return first_that(options_, [&](const Option& option) { return option.name() == name; });
+  }
+  const Option* find_name(const std::string& name) const {
+    return first_that(options_, [&](const Option& option) { return option.name() == name; });
+  }
   /// The section of named objects of a key; null: none.
-  const ObjectSection* find_section(const std::string& key) const;
+  const ObjectSection* find_section(const std::string& key) const {
+    return first_that(sections_, [&](const ObjectSection& section) { return section.key == key; });
+  }
   /// The prototype's option for a name with an object that need not exist: "bodies_ball_radius" gives the radius; null:
   /// none.
   const Option* find_prototype(const std::string& name) const;
@@ -384,5 +395,11 @@ bool is_word(const std::string& text);
 
 /// The name on the command line, without the dash, of a key: dots become underscores.
 std::string command_line_name(const std::string& key);
+
+/// The text of `-help`: purpose and call of the program, and every option by module; lines of up to 100 letters.
+std::string help_text(const OptionTable& table);
+
+/// The text of `-options_table`: Markdown, one table a module.
+std::string options_markdown(const OptionTable& table);
 
 }  // namespace pellicle::options

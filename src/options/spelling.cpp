@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <limits>
 
 namespace pellicle::options {
 
@@ -11,6 +10,8 @@ std::string in_lower_case(std::string_view word) {
   std::transform(lower.begin(), lower.end(), lower.begin(), [](unsigned char c) { return std::tolower(c); });
   return lower;
 }
+
+bool starts_with(std::string_view text, std::string_view start) { return text.substr(0, start.size()) == start; }
 
 std::string join(const std::vector<std::string>& parts, const std::string& separator) {
   std::string text;
@@ -44,16 +45,11 @@ int edit_distance(const std::string& a, const std::string& b) {
 }
 
 std::string nearest(const std::string& word, const std::vector<std::string>& candidates) {
-  std::string best;
-  int smallest = std::numeric_limits<int>::max();
-  for (const std::string& candidate : candidates) {
-    const int distance = edit_distance(word, candidate);
-    if (distance < smallest) {
-      smallest = distance;
-      best = candidate;
-    }
-  }
-  return best;
+  const auto is_nearer = [&word](const std::string& a, const std::string& b) {
+    return edit_distance(word, a) < edit_distance(word, b);
+  };
+  const auto best = std::min_element(candidates.begin(), candidates.end(), is_nearer);
+  return best == candidates.end() ? "" : *best;
 }
 
 }  // namespace pellicle::options

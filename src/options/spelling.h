@@ -11,6 +11,9 @@ namespace pellicle::options {
 /// A word with its capital letters of ASCII made small.
 std::string in_lower_case(std::string_view word);
 
+/// Whether a text begins with another.
+bool starts_with(std::string_view text, std::string_view start);
+
 /// The parts one after the other, with the separator between them.
 std::string join(const std::vector<std::string>& parts, const std::string& separator);
 

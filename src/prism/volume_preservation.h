@@ -10,10 +10,6 @@
 #include "parallel/field.h"
 #include "prism/wall.h"
 
-namespace pellicle::options {
-class OptionTable;
-}  // namespace pellicle::options
-
 namespace pellicle::prism {
 
 /// Rules of VolumePreservation for the correction.

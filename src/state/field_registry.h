@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <cstddef>
-#include <functional>
 #include <memory>
 #include <string>
 #include <type_traits>
@@ -10,9 +9,12 @@
 #include <variant>
 #include <vector>
 
+#include "base/sorting.h"
 #include "parallel/field.h"
 
 namespace pellicle::state {
+
+class Hdf5File;
 
 /// Location of a field: on each particle, cell (element of a membrane) or spring, or once on the object, either with
 /// the same value on every rank, or as a sum of parts of all ranks.
@@ -47,14 +49,9 @@ class FieldRegistry {
     int components = 1;  ///< of an item
     Storage storage;
   };
-  /// Numbers of items of this rank.
-  struct Extent {
-    PetscInt owned = 0;
-    PetscInt local = 0;
-  };
 
-  /// @param particles must outlive the registry
-  FieldRegistry(const Layout& particles, Extent cells) : particles_(&particles), cells_(cells) {}
+  /// @param particles must outlive the registry @param cells number of the local ones
+  FieldRegistry(const Layout& particles, PetscInt cells) : particles_(&particles), cells_(cells) {}
   FieldRegistry(FieldRegistry&&) = default;
   FieldRegistry(const FieldRegistry&) = delete;
   /// Copies all values, ghosts included, of fields on the same items; declares fields that the other has and this one
@@ -67,7 +64,15 @@ class FieldRegistry {
   template <class Values>
   Values& add(FieldDeclaration declaration, int components = 1) {
     Values& values = own<Values>();
-    make_room(values, declaration.item, components);
+    if constexpr (std::is_same_v<Values, Field>) {
+      values = Field(*particles_, components);
+    } else if constexpr (std::is_same_v<Values, Eigen::VectorXd>) {
+      values.setZero(components);
+    } else if constexpr (!std::is_arithmetic_v<Values>) {
+      const Item item = declaration.item;
+      const PetscInt items = item == Item::particle ? particles_->local() : item == Item::cell ? cells_ : 1;
+      values.resize(items * components);
+    }
     declare(std::move(declaration), values, components);
     return values;
   }
@@ -89,7 +94,9 @@ class FieldRegistry {
 
   const std::vector<Entry>& entries() const { return entries_; }
   /// The field of a name, or null.
-  const Entry* find(const std::string& name) const;
+  const Entry* find(const std::string& name) const {
+    return first_that(entries_, [&name](const Entry& entry) { return entry.declaration.name == name; });
+  }
 
   // Records of items for moves and checkpoints: all fields of an item that do not follow from others.
 
@@ -102,56 +109,11 @@ class FieldRegistry {
   void unpack(Item item, PetscInt local, const std::byte* record);
 
  private:
-  void make_room(Field& values, Item item, int components) const;
-  template <class Number>
-  void make_room(std::vector<Number>& values, Item item, int components) const {
-    const PetscInt items = item == Item::particle ? particles_->local() : item == Item::cell ? cells_.local : 1;
-    values.assign(items * components, Number{});
-  }
-  void make_room(Eigen::VectorXd& values, Item, int components) const { values.setZero(components); }
-  void make_room(double& value, Item, int) const { value = 0; }
-  void make_room(PetscInt& value, Item, int) const { value = 0; }
-
   const Layout* particles_;
-  Extent cells_;
+  PetscInt cells_;
   std::vector<Entry> entries_;
   std::vector<std::shared_ptr<void>> owned_;
 };
-
-template <class Values>
-constexpr bool is_on_items = std::is_same_v<Values, Field> || std::is_same_v<Values, std::vector<double>> ||
-                             std::is_same_v<Values, std::vector<PetscInt>> || std::is_same_v<Values, std::vector<bool>>;
-
-/// Stored type of a number of a field: a flag is a byte.
-template <class Values>
-using Kept = std::conditional_t<std::is_same_v<Values, std::vector<bool>>, unsigned char,
-                                std::conditional_t<std::is_same_v<Values, std::vector<PetscInt>>, PetscInt, double>>;
-
-/// A number of a field on items, by its place among the numbers of all local items.
-template <class Values>
-decltype(auto) number(Values& values, std::size_t place) {
-  if constexpr (std::is_same_v<std::remove_const_t<Values>, Field>) {
-    return (values.data()[place]);
-  } else {
-    return values[place];
-  }
-}
-
-/// Calls `visit(entry, values)` for the fields on particles or cells that do not follow from others, in their order.
-template <class Visit>
-void for_each_on_items(const FieldRegistry& fields, Item item, const Visit& visit) {
-  for (const FieldRegistry::Entry& entry : fields.entries()) {
-    if (entry.declaration.item == item && !entry.declaration.follows) {
-      std::visit(
-          [&](auto* values) {
-            if constexpr (is_on_items<std::remove_pointer_t<decltype(values)>>) {
-              visit(entry, *values);
-            }
-          },
-          entry.storage);
-    }
-  }
-}
 
 /// All numbers of a field, ghosts included, as doubles. Not collective.
 std::vector<double> numbers_of(const FieldRegistry::Entry& entry);
@@ -160,5 +122,22 @@ std::vector<double> numbers_of(const FieldRegistry::Entry& entry);
 /// flags if one differs; 0 for equal or no numbers.
 /// @throws std::logic_error if the registries have different fields. Not collective.
 std::vector<std::pair<std::string, double>> differences(const FieldRegistry& one, const FieldRegistry& other);
+
+// The fields of an object as tables of a file: GROUP/particles/NAME and GROUP/cells/NAME have a row an item, in the
+// order of the persistent ids, GROUP/once/NAME values once on the object, GROUP/sums/NAME a row a rank. Fields that
+// follow from others are left out.
+
+/// Writes the fields. Collective. @throws Error, on all ranks
+/// @param particle_ids, cell_ids persistent, of the owned items
+void write_fields(Hdf5File& file, const std::string& group, const FieldRegistry& fields,
+                  const std::vector<PetscInt>& particle_ids, const std::vector<PetscInt>& cell_ids);
+
+/// Reads the fields of a registry, and those that a program had added before it was written, ghosts included, except
+/// those that follow from others; sums are read by rank if as many ranks have written them, otherwise rank 0 gets all.
+/// Collective.
+/// @param particle_ids, cell_ids persistent, of the local items
+/// @throws Error, on all ranks, if a field has no table of its kind, or an item has no row
+void read_fields(const Hdf5File& file, const std::string& group, FieldRegistry& fields,
+                 const std::vector<PetscInt>& particle_ids, const std::vector<PetscInt>& cell_ids);
 
 }  // namespace pellicle::state

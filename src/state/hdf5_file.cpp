@@ -7,9 +7,9 @@
 #include <zlib.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cstring>
+#include <fstream>
 #include <sstream>
 #include <utility>
 
@@ -58,24 +58,23 @@ unsigned long sum_of(unsigned long sum, const void* data, long long bytes) {
   return crc32_z(sum, static_cast<const unsigned char*>(data), static_cast<std::size_t>(bytes));
 }
 
-/// Rows [first, first + own) of a table, of which a rank may have none.
-void select_rows(hid_t space, long long first, long long own, int columns) {
+/// Writes or reads rows [first, first + own) of a table, of which a rank may have none, by transfer(space of the rows
+/// in memory, properties). Collective. @param space of the table @returns whether this rank has succeeded
+template <class Transfer>
+bool transfer_rows(hid_t space, long long first, long long own, int columns, const Transfer& transfer) {
   const std::array<hsize_t, 2> start{static_cast<hsize_t>(first), 0};
   const std::array<hsize_t, 2> count{static_cast<hsize_t>(own), static_cast<hsize_t>(columns)};
+  const std::array<hsize_t, 2> size{std::max<hsize_t>(count[0], 1), count[1]};
+  const Id memory(H5Screate_simple(2, size.data(), nullptr), H5Sclose);
   if (own > 0) {
     H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr);
   } else {
     H5Sselect_none(space);
+    H5Sselect_none(memory);
   }
-}
-
-hid_t memory_space(long long own, int columns) {
-  const std::array<hsize_t, 2> size{static_cast<hsize_t>(std::max(own, 1LL)), static_cast<hsize_t>(columns)};
-  const hid_t space = H5Screate_simple(2, size.data(), nullptr);
-  if (own == 0) {
-    H5Sselect_none(space);
-  }
-  return space;
+  const Id properties(H5Pcreate(H5P_DATASET_XFER), H5Pclose);
+  H5Pset_dxpl_mpio(properties, H5FD_MPIO_COLLECTIVE);
+  return transfer(memory, properties) >= 0;
 }
 
 /// Storage properties of a table: integers, which repeat or count up, are compressed, unless they are few.
@@ -89,12 +88,6 @@ hid_t table_layout(hid_t type, const std::array<hsize_t, 2>& size) {
     H5Pset_deflate(layout, 1);
   }
   return layout;
-}
-
-hid_t collective_transfer() {
-  const hid_t transfer = H5Pcreate(H5P_DATASET_XFER);
-  H5Pset_dxpl_mpio(transfer, H5FD_MPIO_COLLECTIVE);
-  return transfer;
 }
 
 }  // namespace
@@ -167,10 +160,9 @@ void Hdf5File::write_bytes(const std::string& name, long long type, const void* 
   const Id table(H5Dcreate2(file_, name.c_str(), type, space, links, layout, H5P_DEFAULT), H5Dclose);
   bool succeeded = table >= 0;
   if (succeeded && all * columns > 0) {
-    select_rows(space, first, own_rows, columns);
-    const Id memory(memory_space(own_rows, columns), H5Sclose);
-    const Id transfer(collective_transfer(), H5Pclose);
-    succeeded = H5Dwrite(table, type, memory, space, transfer, rows) >= 0;
+    succeeded = transfer_rows(space, first, own_rows, columns, [&](hid_t memory, hid_t properties) {
+      return H5Dwrite(table, type, memory, space, properties, rows);
+    });
   }
   const auto sum =
       static_cast<unsigned int>(combined(comm_, sum_of(0, rows, own_rows * row_bytes), own_rows * row_bytes));
@@ -178,10 +170,6 @@ void Hdf5File::write_bytes(const std::string& name, long long type, const void* 
   const Id attribute(H5Acreate2(table, "crc32", H5T_STD_U32LE, scalar, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
   succeeded = succeeded && attribute >= 0 && H5Awrite(attribute, H5T_NATIVE_UINT, &sum) >= 0;
   agree(succeeded, "cannot be written");
-}
-
-void Hdf5File::write_text(const std::string& name, const std::string& text) {
-  write_once(name, std::vector<unsigned char>(text.begin(), text.end()));
 }
 
 void Hdf5File::write_lines(const std::string& name, const std::vector<std::string>& lines) {
@@ -258,10 +246,9 @@ void Hdf5File::read_bytes(const std::string& name, long long type, void* rows, l
   const Id space(H5Dget_space(table), H5Sclose);
   bool succeeded = true;
   if (stored_rows * columns > 0) {
-    select_rows(space, first, own_rows, columns);
-    const Id memory(memory_space(own_rows, columns), H5Sclose);
-    const Id transfer(collective_transfer(), H5Pclose);
-    succeeded = H5Dread(table, type, memory, space, transfer, rows) >= 0;
+    succeeded = transfer_rows(space, first, own_rows, columns, [&](hid_t memory, hid_t properties) {
+      return H5Dread(table, type, memory, space, properties, rows);
+    });
   }
   unsigned int kept = 0;
   const Id attribute(H5Aopen(table, "crc32", H5P_DEFAULT), H5Aclose);
@@ -293,22 +280,17 @@ unsigned long file_checksum(MPI_Comm comm, const std::string& path, long long by
   const long long end = Hdf5File::first_of_share(bytes, rank + 1, ranks);
   unsigned long sum = 0;
   together(comm, [&] {
-    const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
-    if (file < 0) {
+    std::ifstream file(path, std::ios::binary);
+    if (!file) {
       throw Error(path + ": cannot be opened: " + std::strerror(errno));
     }
-    std::vector<unsigned char> part(1 << 20);
+    file.seekg(first);
+    std::vector<char> part(1 << 20);
     long long place = first;
-    while (place < end) {
-      const std::size_t wanted = std::min<long long>(end - place, 1 << 20);
-      const ssize_t count = pread(file, part.data(), wanted, static_cast<off_t>(place));
-      if (count <= 0) {
-        break;
-      }
-      sum = sum_of(sum, part.data(), count);
-      place += count;
+    while (place < end && file.read(part.data(), std::min<long long>(end - place, 1 << 20))) {
+      sum = sum_of(sum, part.data(), file.gcount());
+      place += file.gcount();
     }
-    ::close(file);
     if (place < end) {
       throw Error(path + ": is shorter than it says, expected " + std::to_string(bytes) + " bytes");
     }

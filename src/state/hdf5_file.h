@@ -3,7 +3,6 @@
 #include <mpi.h>
 
 #include <array>
-#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -45,7 +44,9 @@ class Hdf5File {
     write(name, rank_ == 0 ? rows : std::vector<Number>{});
   }
   /// Collective.
-  void write_text(const std::string& name, const std::string& text);
+  void write_text(const std::string& name, const std::string& text) {
+    write_once(name, std::vector<unsigned char>(text.begin(), text.end()));
+  }
   /// Texts of one line each. Collective.
   void write_lines(const std::string& name, const std::vector<std::string>& lines);
 

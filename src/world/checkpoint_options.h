@@ -2,11 +2,7 @@
 
 #include <optional>
 
-#include "base/namespaces.h"
-
-namespace pellicle::options {
-class OptionTable;
-}  // namespace pellicle::options
+#include "options/choice.h"
 
 namespace pellicle::world {
 

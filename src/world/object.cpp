@@ -9,7 +9,6 @@
 #include "contact/body_contact.h"
 #include "contact/crossings.h"
 #include "parallel/collective.h"
-#include "state/field_tables.h"
 #include "surface/split_corners.h"
 #include "world/contact_start.h"
 #include "world/load_mesh.h"
@@ -212,7 +211,7 @@ StageResult Object::end(const EquilibriumResult& balance) {
 
 void Object::keep() {
   if (!kept_) {
-    kept_.emplace(surface_->particles, FieldRegistry::Extent{surface_->elements.owned, surface_->elements.local()});
+    kept_.emplace(surface_->particles, surface_->elements.local());
   }
   *kept_ = *state_;
 }

@@ -5,8 +5,8 @@
 #include "base/error.h"
 #include "base/units.h"
 #include "contact/body_heat.h"
-#include "options/object_tables.h"
 #include "options/options.h"
+#include "options/run_options.h"
 
 namespace pellicle::world {
 

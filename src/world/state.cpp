@@ -33,7 +33,7 @@ GasExchange& add_gas(FieldRegistry& state, int chambers, int links) {
 }  // namespace
 
 State::State(const Surface& surface, const Options& options, int chambers)
-    : FieldRegistry(surface.particles, {surface.elements.owned, surface.elements.local()}),
+    : FieldRegistry(surface.particles, surface.elements.local()),
       target_length(own<TargetLengths>()),
       thickness_ratio(own<std::vector<double>>()),
       record(own<Eigen::VectorXd>()) {

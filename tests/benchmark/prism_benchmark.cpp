@@ -277,7 +277,7 @@ struct HalfBlown {
       : options(balloon_options(deck)),
         mesh(make_checked_mesh(options.mesh).mesh),
         membrane(make_membrane(PETSC_COMM_SELF, mesh, options.sheet)),
-        state(membrane.particles, {membrane.elements.owned, membrane.elements.local()}) {
+        state(membrane.particles, membrane.elements.local()) {
     Options converging = options;  // while the wall is slack, three iterations are too few
     converging.prism.newton = "converged";
     converging.prism.max_iterations = 100;

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "io/png_reader.h"
+#include "io/texture.h"
 #include "tests/fuzz/target.h"
 
 namespace {

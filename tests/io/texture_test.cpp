@@ -63,8 +63,8 @@ TEST(Texture, SamplesBilinearlyFromTheLowerEdge) {
   const auto grey = [](int column, int row, int) { return 10.0 * column + 50.0 * row; };
   write_png(folder, path, 4, 2, 1, VTK_UNSIGNED_CHAR, grey);
   const Texture texture = Texture::read(MPI_COMM_WORLD, path);
-  EXPECT_EQ(texture.width(), 4);
-  EXPECT_EQ(texture.height(), 2);
+  EXPECT_EQ(texture.width, 4);
+  EXPECT_EQ(texture.height, 2);
   // Centres of the pixels.
   EXPECT_NEAR(texture.sample(0.125, 0.25), 0, 1e-12);
   EXPECT_NEAR(texture.sample(0.875, 0.25), 30 / 255.0, 1e-12);
@@ -162,8 +162,8 @@ TEST(Texture, EveryKindOfPngIsRead) {
     const Texture texture = Texture::read(MPI_COMM_WORLD, folder / "a.png");
     MPI_Barrier(MPI_COMM_WORLD);
     std::vector<double> row;
-    for (int column = 0; column < texture.width(); ++column) {
-      row.push_back(texture.sample((column + 0.5) / texture.width(), 0));
+    for (int column = 0; column < texture.width; ++column) {
+      row.push_back(texture.sample((column + 0.5) / texture.width, 0));
     }
     return row;
   };

@@ -1,9 +1,9 @@
-#include "options/idle_options.h"
-
 #include <gtest/gtest.h>
 
 #include "base/error.h"
 #include "options/deck.h"
+#include "options/run_options.h"
+#include "tests/options/options_fixture.h"
 
 namespace pellicle {
 namespace {

@@ -1,5 +1,3 @@
-#include "options/manual.h"
-
 #include <gtest/gtest.h>
 
 #include <sstream>

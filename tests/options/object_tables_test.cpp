@@ -1,7 +1,5 @@
 // Options of a run of several objects: in decks, on the command line, and as PETSc gets them.
 
-#include "options/object_tables.h"
-
 #include <gtest/gtest.h>
 
 #include <deque>
@@ -9,8 +7,9 @@
 
 #include "base/error.h"
 #include "options/arguments.h"
-#include "options/idle_options.h"
+#include "options/run_options.h"
 #include "tests/io/files.h"
+#include "tests/options/options_fixture.h"
 
 namespace pellicle {
 namespace {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <map>
 #include <optional>
 #include <string>
@@ -7,8 +8,15 @@
 
 #include "base/error.h"
 #include "options/arguments.h"
+#include "options/spelling.h"
 
 namespace pellicle {
+
+/// The condition that a text is one of some values.
+inline Condition one_of(const std::string& key, const std::string& text, const std::vector<std::string>& values) {
+  return {key + ": " + join(values, ", "),
+          [&text, values] { return std::find(values.begin(), values.end(), text) != values.end(); }};
+}
 
 /// A named object of the tests.
 struct SampleBody {

@@ -1,8 +1,8 @@
-#include "state/field_tables.h"
-
 #include <gtest/gtest.h>
 
 #include "base/error.h"
+#include "state/field_registry.h"
+#include "state/hdf5_file.h"
 #include "surface/shell.h"
 #include "tests/io/files.h"
 #include "tests/support/grid_mesh.h"
@@ -14,8 +14,7 @@ namespace {
 
 /// A field of each kind on a sheet.
 struct AllKinds : FieldRegistry {
-  explicit AllKinds(const Sheet& sheet)
-      : FieldRegistry(sheet.particles, {sheet.elements.owned, static_cast<PetscInt>(sheet.cells.size())}) {}
+  explicit AllKinds(const Sheet& sheet) : FieldRegistry(sheet.particles, static_cast<PetscInt>(sheet.cells.size())) {}
 
   Field& place = add<Field>({"place", "m", Item::particle}, 3);
   std::vector<PetscInt>& pin = add<std::vector<PetscInt>>({"pin", "", Item::particle});

@@ -28,7 +28,7 @@ void expect_all_differ(const StateValues& values, const StateValues& others) {
 /// Restoring a copy leaves no trace of what has happened since.
 void expect_put_back(State& state, const Surface& surface) {
   const StateValues before = values_of(state);
-  FieldRegistry copy(surface.particles, {surface.elements.owned, surface.elements.local()});  // learns of the fields
+  FieldRegistry copy(surface.particles, surface.elements.local());  // learns of the fields
   copy = state;
   spoil(state);
   expect_all_differ(values_of(state), before);

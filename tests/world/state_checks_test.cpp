@@ -20,7 +20,7 @@ TEST(NonFinite, TheFirstOfAnyRankIsNamedOnAll) {
   std::vector<double> infinite = sound;
   infinite[0] = rank == 0 ? -std::numeric_limits<double>::infinity() : 0;
   const auto words = [&](std::vector<double> position, std::vector<double> velocity) {
-    FieldRegistry state(particles, {});
+    FieldRegistry state(particles, 0);
     state.declare({"position", "m", Item::spring}, position);
     state.declare({"velocity", "m/s", Item::spring}, velocity);
     return non_finite(MPI_COMM_WORLD, state);
@@ -37,7 +37,7 @@ TEST(NonFinite, WhatIsNotFiniteBecomesZero) {
   MPI_Comm_rank(MPI_COMM_WORLD, &rank);
   MPI_Comm_size(MPI_COMM_WORLD, &ranks);
   const Layout particles = number_owned(MPI_COMM_WORLD, 2);
-  FieldRegistry state(particles, {1, 1});
+  FieldRegistry state(particles, 1);
   auto& position = state.add<Field>({"position", "m", Item::particle}, 3);
   auto& ratio = state.add<std::vector<double>>({"ratio", "", Item::cell});
   auto& pressure = state.add<Eigen::VectorXd>({"pressure", "Pa", Item::object}, 2);
