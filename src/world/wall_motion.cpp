@@ -74,7 +74,7 @@ WallMotion::WallMotion(const Membrane& membrane, const Options& options, State& 
       return PointPotential{-force.dot(x - start_.vector(i)), -force};
     });
   }
-  const Projectors& projectors = constraints_.projectors();
+  const Projectors& projectors = constraints_.projectors;
   if (options.wall.bends()) {
     bending_.emplace(elements_, projectors, pins_.clamped());
   }
@@ -101,7 +101,7 @@ WallMotion::WallMotion(const Membrane& membrane, const Options& options, State& 
 }
 
 std::vector<bool> WallMotion::constrained() const {
-  const Projectors& projectors = constraints_.projectors();
+  const Projectors& projectors = constraints_.projectors;
   std::vector<bool> constrained(projectors.size(), false);
   for (const PetscInt i : projectors.bound()) {
     constrained[i] = true;
@@ -156,7 +156,7 @@ void WallMotion::begin_acceleration() {
   Eigen::Matrix3Xd force = wall_part_->forces_at(state_.position, start_of_step());
   if (filled_) {
     Eigen::Matrix3Xd of_gas = gas_forces_at_start();
-    constraints_.projectors().apply(of_gas);
+    constraints_.projectors.apply(of_gas);
     force += of_gas;
   }
   for (PetscInt i = 0; i < membrane_.particles.owned; ++i) {
