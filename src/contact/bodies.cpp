@@ -167,16 +167,6 @@ std::vector<Body> make_bodies(MPI_Comm comm, const std::map<std::string, BodyOpt
   return bodies;
 }
 
-std::string entered_too_deep(const std::vector<Body>& bodies, const std::vector<BodyLoad>& loads, double tolerance) {
-  for (std::size_t b = 0; b < bodies.size(); ++b) {
-    if (loads[b].gap < -tolerance) {
-      return fmt::format("bodies.{} is entered by {:.2e} m, expected at most {:.2e} m, a tenth of contact.thickness",
-                         bodies[b].name, -loads[b].gap, tolerance);
-    }
-  }
-  return "";
-}
-
 namespace {
 
 /// Message that names the first body in which particles or triangles are; empty if there is none. Collective.

@@ -401,10 +401,6 @@ bool BodyContact::limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matrix3
   return true;
 }
 
-std::string BodyContact::fault(const Field& x) const {
-  return entered_too_deep(bodies(), loads(x), tolerance * thickness());
-}
-
 std::vector<BodyLoad> BodyContact::loads(const Field& x) const {
   Eigen::Matrix3Xd forces = Eigen::Matrix3Xd::Zero(3, bodies().size());
   std::vector<double> gaps(bodies().size(), thickness());

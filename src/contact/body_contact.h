@@ -28,8 +28,8 @@ namespace pellicle::contact {
 ///
 /// A point that is nearer to a body than the thickness when undeformed presses only when it comes nearer than it was.
 ///
-/// So no surface triangle ends deeper in a body than `tolerance` of the thickness; otherwise the step has failed
-/// (`fault`). The positive Hessian leaves out the curvature of the body.
+/// So no surface triangle ends deeper in a body than BodySweep::tolerance of the thickness; otherwise the step has
+/// failed (BodySweep::fault). The positive Hessian leaves out the curvature of the body.
 ///
 /// Friction is mu N s(|u|) at these points, with the slip u along the surface relative to the body over the step. As in
 /// incremental potential contact (Li et al. 2020, section 5) normal force N and surface are those of the step's start,
@@ -41,7 +41,6 @@ namespace pellicle::contact {
 /// body.
 class BodyContact : public Potential {
  public:
-  static constexpr double tolerance = 0.1;
   static constexpr double onset = 0.05;  ///< of the Barrier, so short that Newton's method finds the balance at once
 
   /// Collective. Surface must outlive it. @throws Error as make_bodies does
@@ -81,10 +80,8 @@ class BodyContact : public Potential {
   bool limits() const override { return true; }
   bool limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matrix3Xd> step) override;
 
-  /// Message that the surface is too deep in a body; empty if it is not. Collective.
-  std::string fault(const Field& x) const;
-  /// Message that names the body in which particles are too deep at the step's start, or empty. Collective.
-  std::string start_fault() const { return sweep_.start_fault(tolerance * thickness()); }
+  /// The bodies in the present step.
+  const BodySweep& sweep() const { return sweep_; }
   /// Applies the restitution of bodies to the velocities of particles that have come to touch a body in the step, and
   /// then to points of elements that still leave the body too slowly. Collective.
   /// @param before velocities at the beginning of the step [m/s] @param mass of the local particles [kg]

@@ -1,5 +1,7 @@
 #include "contact/body_sweep.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -104,6 +106,17 @@ void BodySweep::set_time(double time_end, double h) {
       moved.least_start_gap = std::min(moved.least_start_gap, moved.start_gap[i]);
     }
   }
+}
+
+std::string BodySweep::fault(const std::vector<BodyLoad>& loads) const {
+  const double most = tolerance * thickness_;
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    if (loads[b].gap < -most) {
+      return fmt::format("bodies.{} is entered by {:.2e} m, expected at most {:.2e} m, a tenth of contact.thickness",
+                         bodies_[b].name, -loads[b].gap, most);
+    }
+  }
+  return "";
 }
 
 /// Whether an element has one of these particles as a corner.

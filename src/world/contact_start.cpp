@@ -241,7 +241,7 @@ std::string settle_start(const ContactOptions& options, const std::vector<Object
 void refuse_start_in_bodies(Object& object) {
   const std::vector<Body>& bodies = object.motion().bodies();
   const Surface& surface = object.surface();
-  const double least = BodyContact::tolerance * object.motion().contact_part().thickness_or_usual();
+  const double least = BodySweep::tolerance * object.motion().contact_part().thickness_or_usual();
   const State& state = object.state();
   const std::vector<bool> constrained = object.motion().constrained();
   std::string inside = particles_inside(bodies, state.time, surface.particles, state.position, constrained, least);

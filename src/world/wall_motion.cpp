@@ -174,8 +174,8 @@ StageResult WallMotion::take_balance(Step& step) {
     state_.pressure(filled_->prescribed()) = filled_->multiplier();
   }
   if (fault.empty()) {
-    fault = bodies_.fault(part_->position());
     step.loads = bodies_.loads(part_->position());
+    fault = bodies_.sweep().fault(step.loads);
   }
   if (const StageResult failed = result_of(std::move(fault)); !failed.converged) {
     return failed;
