@@ -11,7 +11,7 @@
 
 #include "ablation/ablation_options.h"
 #include "air/air_options.h"
-#include "combustion/combustion_options.h"
+#include "combustion/combustion.h"
 #include "constraints/constraints.h"
 #include "constraints/pins.h"
 #include "constraints/point_loads.h"

@@ -1,4 +1,4 @@
-#include "combustion/fire_front.h"
+#include "combustion/combustion.h"
 
 #include <gtest/gtest.h>
 
