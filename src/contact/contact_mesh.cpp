@@ -39,16 +39,8 @@ void add_patches(const std::vector<Box>& boxes, std::vector<std::size_t>::iterat
   add_patches(boxes, middle, last, patches - patches / 2, result);
 }
 
-/// Number of boxes by which a rank describes its part to the others.
-constexpr int patches_of_rank = 32;
-
 /// Share of a quad's area that belongs to its centre.
 constexpr double centre_share = 0.5;
-
-struct RankBox {
-  int rank;
-  Box box;
-};
 
 }  // namespace
 
@@ -87,6 +79,11 @@ Box ContactMesh::box(PetscInt element, const Motion& motion) const {
 /// @returns the elements from other ranks, in the order of these
 std::vector<ContactMesh::Element> ContactMesh::receive(const std::vector<Element>& here, std::size_t own,
                                                        const std::vector<Box>& boxes, double margin) const {
+  constexpr int patches_of_rank = 32;  // boxes by which a rank describes its part to the others
+  struct RankBox {
+    int rank;
+    Box box;
+  };
   const int rank = rank_of(surface_.comm());
   auto order = numbers_up_to<std::size_t>(boxes.size());
   std::vector<Box> patches;

@@ -11,9 +11,6 @@ namespace pellicle::contact {
 
 namespace {
 
-/// The thickness as a fraction of the mean side of a mesh, unless it is given.
-constexpr double usual_thickness = 0.2;
-
 std::vector<Layout> layouts_of(const std::vector<ContactSurface::Part>& parts, Layout Surface::*layout) {
   std::vector<Layout> layouts;
   std::transform(parts.begin(), parts.end(), std::back_inserter(layouts),
@@ -24,7 +21,8 @@ std::vector<Layout> layouts_of(const std::vector<ContactSurface::Part>& parts, L
 }  // namespace
 
 double ContactSurface::Part::thickness_or_usual() const {
-  return thickness ? *thickness : usual_thickness * mean_side(*surface);
+  constexpr double usual = 0.2;  // of the mean side
+  return thickness ? *thickness : usual * mean_side(*surface);
 }
 
 ContactSurface::ContactSurface(const std::vector<Part>& parts)

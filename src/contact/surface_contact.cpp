@@ -7,14 +7,6 @@
 
 namespace pellicle::contact {
 
-namespace {
-
-/// Distance by which a particle may leave its expected way before pairs are sought again, as a fraction of the
-/// thickness.
-constexpr double more_of_thickness = 0.06;
-
-}  // namespace
-
 SurfaceContact::SurfaceContact(const std::vector<ContactSurface::Part>& parts, const ContactOptions& options,
                                bool is_free)
     : surface_(parts),
@@ -47,10 +39,6 @@ void SurfaceContact::Stencil::add(PetscInt particle, double weight) {
   particles[count] = particle;
   weights[count] = weight;
   ++count;
-}
-
-std::size_t SurfaceContact::Stencil::find(PetscInt particle) const {
-  return std::find(particles.begin(), particles.begin() + count, particle) - particles.begin();
 }
 
 SurfaceContact::Stencil SurfaceContact::stencil(const ContactPair& pair, const std::array<double, 4>& weights) const {
@@ -120,6 +108,7 @@ void SurfaceContact::search(const Field& x, const Field& to) {
   if (!is_first) {
     room_used_ = std::max(room_used_, room_used(x));
   }
+  constexpr double more_of_thickness = 0.06;  // by which a particle may leave its way before pairs are sought again
   std::vector<bool> is_new(surface_.particles().local());
   for (PetscInt i = 0; i < surface_.particles().local(); ++i) {
     const Eigen::Array3d displacement = to.vector(i) - x.vector(i);
@@ -153,7 +142,14 @@ void SurfaceContact::search(const Field& x, const Field& to) {
   mesh_.write_points(x, places_);
   any_touched_ = renew_contact_pairs(mesh_, places_, near_) || any_touched_;
   if (is_first && ranks_of(surface_.comm()) > 1) {
-    note_load();
+    load_.assign(surface_.particles().owned, 0);
+    for (const ContactPair& pair : near_) {
+      for (const PetscInt point : {pair.points.front(), pair.points.back()}) {
+        if (const PetscInt particle = *mesh_.particles(point).begin(); particle < surface_.particles().owned) {
+          load_[particle] += 0.5;
+        }
+      }
+    }
   }
   reference_ = places_;
   may_press_ = std::partition(near_.begin(), near_.end(),
@@ -351,7 +347,6 @@ double SurfaceContact::friction_energy() const {
   return sum;
 }
 
-/// Adds the effect of a force between two features on their particles (3 x owned).
 void SurfaceContact::Stencil::spread(const Eigen::Vector3d& force, Eigen::Matrix3Xd& sum) const {
   for (std::size_t k = 0; k < count; ++k) {
     if (particles[k] < sum.cols()) {
@@ -513,17 +508,6 @@ void SurfaceContact::add_curvature(const Contact& contact, LowerBlocks& lower) c
             lower[i * (i + 1) / 2 + j] += of_points;
           }
         }
-      }
-    }
-  }
-}
-
-void SurfaceContact::note_load() {
-  load_.assign(surface_.particles().owned, 0);
-  for (const ContactPair& pair : near_) {
-    for (const PetscInt point : {pair.points.front(), pair.points.back()}) {
-      if (const PetscInt particle = *mesh_.particles(point).begin(); particle < surface_.particles().owned) {
-        load_[particle] += 0.5;
       }
     }
   }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -20,8 +21,7 @@ struct ContactFigures {
   double smallest_gap = 0;  ///< of the contacts; the thickness if there are none [m]
   double energy = 0;        ///< of the barriers [J]
   int searches = 0;         ///< searches for pairs in the last step
-  double room_used =
-      0;  ///< largest fraction of the clearance between two features that was used, in the last step, up to 1
+  double room_used = 0;     ///< in the last step: largest fraction of two features' clearance, at most 1
 };
 
 /// Work that contact does on a part in a step.
@@ -109,7 +109,11 @@ class SurfaceContact : public Potential {
     std::array<double, 16> weights;      ///< none of them 0
     std::size_t count = 0;
     void add(PetscInt particle, double weight);
-    std::size_t find(PetscInt particle) const;
+    /// The place of a particle, or `count`.
+    std::size_t find(PetscInt particle) const {
+      return std::find(particles.begin(), particles.begin() + count, particle) - particles.begin();
+    }
+    /// Adds the effect of a force between two features on their particles (3 x owned).
     void spread(const Eigen::Vector3d& force, Eigen::Matrix3Xd& sum) const;
   };
   /// A pair that presses.
@@ -131,7 +135,6 @@ class SurfaceContact : public Potential {
   };
 
   void search(const Field& x, const Field& to);
-  void note_load();
   bool leaves_room(const Field& x) const;
   double room_used(const Field& x) const;
   void shorten(const std::vector<double>& shares, Eigen::Ref<Eigen::Matrix3Xd> step);
