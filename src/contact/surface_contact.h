@@ -76,16 +76,11 @@ class SurfaceContact : public Potential {
   void set_psd_blend(double fraction) override { psd_blend_ = fraction; }
   void add_hessian(const HessianBlocks& blocks) const override;
 
-  /// Searches for the pairs that `correct` moves apart.
-  /// @param x intended positions @param begin set to the start, moved as a whole, so that nothing is passed through
-  void prepare(const Field& start, const Field& x, double h, Field& begin);
-  /// Moves particles towards the intended positions as far as there is clearance, and pushes features apart whose gaps
-  /// are less than their thickness, as compliant constraints of stiffness 4 k (one sweep, all pairs at once).
-  /// Collective.
-  /// @param before positions after the last call, at first `begin`, ghosts up to date; set to the new positions
-  /// @param x intended positions, set to the new ones, ghosts up to date @param mass of the local particles [kg]
-  /// @param constrained local particles that stay where they are
-  void correct(Field& before, Field& x, const std::vector<double>& mass, const std::vector<bool>& constrained);
+  /// Moves features apart, each sweep as far as there is clearance, until the nearest are at nine tenths of the gap at
+  /// which they begin to press, or 100 sweeps are over. In a sweep gaps that are less than their thickness are
+  /// compliant constraints of stiffness 4 k between particles of the mass 1, all at once. Collective.
+  /// @param x positions, ghosts up to date before and after; constrained particles stay
+  void push_apart(Field& x);
 
   /// Figures of contact at the end of a step. Collective.
   ContactFigures figures(const Field& x) const;
@@ -134,6 +129,7 @@ class SurfaceContact : public Potential {
     SlipTangent tangent{};
   };
 
+  void prepare(const Field& start, const Field& begin, const Field& to, double h);
   void search(const Field& x, const Field& to);
   bool leaves_room(const Field& x) const;
   double room_used(const Field& x) const;
@@ -190,7 +186,6 @@ class SurfaceContact : public Potential {
   std::unordered_map<std::uint64_t, std::size_t> number_;  ///< in pattern_, by the global numbers of i < j
   std::size_t told_ = 0;                                   ///< size of the pattern when it last got a version
   PetscInt version_ = 0;
-  double h_ = 0;     ///< [s]
   SmoothSlip slip_;  ///< of the step
 };
 
