@@ -20,6 +20,14 @@ class Error : public std::runtime_error {
   explicit Error(const std::string& text);
 };
 
+/// Refuses input that has a fault. @param fault message about it; empty: there is none
+/// @throws Error with the name of the input, such as "pins.hook", and the message behind it
+inline void refuse_fault(const std::string& name, const std::string& fault) {
+  if (!fault.empty()) {
+    throw Error(name + fault);
+  }
+}
+
 /// A failed PETSc call. `what()` is one line with PETSc's own message, if keep_petsc_messages has been called.
 class PetscFailure : public std::runtime_error {
  public:

@@ -41,7 +41,7 @@ std::vector<PetscInt> selected(const Surface& points, const std::map<std::string
   PetscInt pin = 0;
   for (const auto& [name, given] : options) {
     const std::string key = "pins." + name;
-    require_motion(key, given);
+    refuse_fault(key, fault_of_motion(given.path, given.velocity));
     const std::vector<bool> chosen = select(points, key, given);
     together(points.comm(), [&] {
       for (PetscInt i = 0; i < points.particles.local(); ++i) {
@@ -65,8 +65,7 @@ void describe(OptionTable& table, SelectionOptions& options) {
             "max_y or min_x_max_y");
   table.add("box", options.box, Rules("m").length(6),
             "particles whose undeformed place is in the box between two points x,y,z,x,y,z");
-  table.add("centre", options.centre,
-            Rules("m").acts_with({"radius", [&options] { return options.radius.has_value(); }}),
+  table.add("centre", options.centre, Rules("m").acts_with(is_given("radius", options.radius)),
             "centre of a ball, which selects as a box does");
   table.add("radius", options.radius, Rules("m").more_than(0), "radius of the ball");
   table.add(
@@ -166,12 +165,6 @@ void describe(OptionTable& table, PinOptions& options) {
             "edge; otherwise it turns there as on a hinge");
 }
 
-void require_motion(const std::string& key, const PinOptions& options) {
-  if (const std::string fault = fault_of_motion(options.path, options.velocity); !fault.empty()) {
-    throw Error(key + fault);
-  }
-}
-
 Pins::Pins(const Surface& points, const std::map<std::string, PinOptions>& options)
     : Pins(points, options, selected(points, options)) {}
 
@@ -179,7 +172,7 @@ Pins::Pins(const Surface& points, const std::map<std::string, PinOptions>& optio
            const std::vector<PetscInt>& numbers)
     : points_(&points), numbers_(numbers), pinned_(numbers.size(), false) {
   for (const auto& [name, given] : options) {
-    require_motion("pins." + name, given);
+    refuse_fault("pins." + name, fault_of_motion(given.path, given.velocity));
     pins_.push_back({given, {}});
   }
   for (std::size_t i = 0; i < numbers.size(); ++i) {

@@ -53,9 +53,6 @@ struct PinOptions : SelectionOptions {
 
 void describe(OptionTable& table, PinOptions& options);
 
-/// @throws Error that begins with the key, "pins.hook", if the motion is invalid
-void require_motion(const std::string& key, const PinOptions& options);
-
 /// Held particles with their places at each time: the undeformed ones, displaced without rotation.
 class Pins {
  public:

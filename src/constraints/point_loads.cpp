@@ -49,7 +49,7 @@ PointLoads::PointLoads(const Surface& points, const std::vector<double>& areas,
   };
   for (const auto& [name, given] : attachments) {
     const std::string key = "attachments." + name;
-    require_motion(key, given);
+    refuse_fault(key, fault_of_motion(given.path, given.velocity));
     std::vector<double> stiffness = next_shares(key, given);
     for (double& fraction : stiffness) {
       fraction *= given.total_stiffness;
@@ -61,9 +61,7 @@ PointLoads::PointLoads(const Surface& points, const std::vector<double>& areas,
     if (given.force.empty()) {
       throw Error(key + ".force: no key points given, expected at least one: time, x, y, z");
     }
-    if (const std::string fault = fault_of_key_points(given.force); !fault.empty()) {
-      throw Error(key + ".force: " + fault);
-    }
+    refuse_fault(key + ".force: ", fault_of_key_points(given.force));
     pushes_.push_back({given.force, next_shares(key, given), Eigen::Vector3d::Zero()});
   }
 }

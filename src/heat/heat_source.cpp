@@ -45,8 +45,6 @@ const HeatSourceShape& shape_of(const HeatSource& source) {
   return heat_source_shapes()[static_cast<std::size_t>(static_cast<SourceShape>(source.shape))];
 }
 
-bool HeatSource::active(double time) const { return time >= start_time && (!end_time || time < *end_time); }
-
 Eigen::Vector3d HeatSource::centre_at(double time) const {
   return path.empty() ? Eigen::Vector3d(centre + time * velocity) : place_on_key_points(path, time);
 }
@@ -80,13 +78,11 @@ void validate(const std::string& name, const HeatSource& source) {
     throw Error(key + ".end_time: " + number_text(*source.end_time) + " s, expected later than start_time, " +
                 number_text(source.start_time) + " s");
   }
-  if (const std::string fault = fault_of_key_points(source.path); !fault.empty()) {
-    throw Error(key + ".path: " + fault);
-  }
+  refuse_fault(key + ".path: ", fault_of_key_points(source.path));
 }
 
 double apply_heat_source(Field& temperature, const HeatSource& source, const HeatSourceInput& input) {
-  if (!source.active(input.time)) {
+  if (input.time < source.start_time || (source.end_time && input.time >= *source.end_time)) {
     return 0;
   }
   const Layout& particles = input.surface.particles;

@@ -19,16 +19,14 @@ struct HeatSource {
   Choice<SourceShape> shape = SourceShape{};
   double temperature = 1000;                           ///< [K]
   double rate = 20;                                    ///< of the exchange [1/s]
-  double start_time = 0;                               ///< [s]
-  std::optional<double> end_time;                      ///< none: never ends [s]
+  double start_time = 0;                               ///< at which it begins to heat [s]
+  std::optional<double> end_time;                      ///< at which it heats no more; none: never ends [s]
   double radius = 0.2;                                 ///< of a ball [m]
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();    ///< of a ball at time 0 [m]
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< of a ball [m/s]
   Rows path;         ///< key points time, x, y, z of a ball; replaces centre and velocity
   std::string file;  ///< image of a texture; white takes the whole rate, black none
 
-  /// Whether it heats at `time`: start_time <= time < end_time.
-  bool active(double time) const;
   /// Centre of a ball: linear between the key points, at rest before the first and after the last one.
   Eigen::Vector3d centre_at(double time) const;
 };
@@ -56,13 +54,12 @@ void validate(const std::string& name, const HeatSource& source);
 /// Data of a step for heat sources, with ghosts up to date.
 struct HeatSourceInput {
   const Surface& surface;
-  const Field& positions;  ///< at the start of the step [m]
-  const Field& mass;       ///< [kg]
-  const std::vector<double>&
-      texture;           ///< sampled value in [0, 1] at each local particle; used by shapes with an image only
-  double time = 0;       ///< start of the step [s]
-  double time_step = 0;  ///< h [s]
-  double capacity = 0;   ///< c [J/(kg K)]
+  const Field& positions;              ///< at the start of the step [m]
+  const Field& mass;                   ///< [kg]
+  const std::vector<double>& texture;  ///< value in [0, 1] at each local particle, for shapes with an image
+  double time = 0;                     ///< start of the step [s]
+  double time_step = 0;                ///< h [s]
+  double capacity = 0;                 ///< c [J/(kg K)]
 };
 
 /// One step of exchange with an active source, T^ext of eq. 1: T += f max(T_source - T, 0). The fraction f of a ball is

@@ -233,9 +233,7 @@ void refuse_start_in_bodies(Object& object) {
   if (inside.empty()) {
     inside = triangles_inside(bodies, state.time, surface, state.position, constrained, least);
   }
-  if (!inside.empty()) {
-    throw Error(inside);
-  }
+  refuse_fault("", inside);
 }
 
 }  // namespace pellicle::world
