@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <map>
 #include <string>
-#include <vector>
 
 #include "constraints/pins.h"
 #include "geometry/projectors.h"

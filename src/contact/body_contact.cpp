@@ -1,6 +1,5 @@
 #include "contact/body_contact.h"
 
-#include <algorithm>
 #include <cmath>
 #include <set>
 #include <utility>

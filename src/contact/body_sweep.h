@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "contact/bodies.h"
-#include "energies/vertex_potential.h"
+#include "energies/potential.h"
 #include "geometry/deepest_point.h"
 #include "surface/drawn_places.h"
 #include "surface/drawn_surface.h"

@@ -1,6 +1,5 @@
 #include "contact/contact_surface.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <iterator>
 

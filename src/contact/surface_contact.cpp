@@ -1,6 +1,5 @@
 #include "contact/surface_contact.h"
 
-#include <algorithm>
 #include <iterator>
 
 #include "parallel/collective.h"
