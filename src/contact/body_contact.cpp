@@ -4,7 +4,6 @@
 #include <set>
 #include <utility>
 
-#include "contact/contact_surface.h"
 #include "parallel/collective.h"
 #include "surface/drawn_places.h"
 
@@ -38,11 +37,6 @@ Eigen::Matrix3d gap_curvature(const Solid& solid, const Eigen::Vector3d& x) {
 }
 
 }  // namespace
-
-double contact_thickness(const Surface& surface, const ContactOptions& options) {
-  constexpr double fraction = 0.1;
-  return options.thickness ? *options.thickness : fraction * mean_side(surface);
-}
 
 BodyContact::BodyContact(const Surface& surface, const std::map<std::string, BodyOptions>& bodies,
                          const ContactOptions& options, double usual_stiffness)

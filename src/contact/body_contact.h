@@ -7,7 +7,7 @@
 
 #include "contact/body_sweep.h"
 #include "contact/contact_laws.h"
-#include "contact/contact_options.h"
+#include "contact/contact_surface.h"
 #include "energies/potential.h"
 #include "energies/vertex_potential.h"
 #include "geometry/deepest_point.h"
@@ -152,8 +152,5 @@ class BodyContact : public Potential {
   double psd_blend_ = 0;            ///< set by set_psd_blend
   double gap_curvature_share_ = 0;  ///< fraction of the bodies' curvature in the Hessian
 };
-
-/// Gap below which bodies press on a surface: as given, or else a tenth of the mean side of the mesh [m]. Collective.
-double contact_thickness(const Surface& surface, const ContactOptions& options);
 
 }  // namespace pellicle::contact

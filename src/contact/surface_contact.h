@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "contact/contact_laws.h"
-#include "contact/contact_options.h"
 #include "contact/contact_pairs.h"
 #include "contact/contact_surface.h"
 #include "energies/potential.h"

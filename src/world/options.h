@@ -16,7 +16,7 @@
 #include "constraints/pins.h"
 #include "constraints/point_loads.h"
 #include "contact/bodies.h"
-#include "contact/contact_options.h"
+#include "contact/contact_surface.h"
 #include "elastic/elastic_options.h"
 #include "equilibrium/time_scheme.h"
 #include "gas/gas_options.h"
