@@ -51,17 +51,12 @@ class BodyContact : public Potential {
   /// Sets the stiffness of the contact with bodies from the next step on [Pa/m]. Not collective.
   void set_stiffness(double stiffness) { stiffness_ = stiffness; }
 
-  /// Sets on which part of the surface bodies act from the next step on; all of it at first. Not collective.
-  /// @param constrained local particles that do not move, because they are pinned or burnt
-  /// @param active surface triangles of the local elements that are there; null: all
+  // As those of BodySweep.
   void set_surface(const std::vector<bool>& constrained, const std::vector<bool>* active) {
     sweep_.set_surface(constrained, active);
   }
-  /// Begins a step. Collective.
-  /// @param start positions at the beginning of the step [m], ghosts up to date
-  /// @param time_end at which forces are in balance [s] @param h length of the step until then [s]
+  /// Collective. @param time_end at which forces are in balance [s] @param h length of the step until then [s]
   void begin_step(const Field& start, double time_end, double h);
-  /// Changes the time at which the present step ends, and with it the poses of the bodies. Not collective.
   void set_time(double time_end, double h);
 
   bool empty() const { return bodies().empty(); }
