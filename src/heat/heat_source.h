@@ -11,12 +11,13 @@
 
 namespace pellicle::heat {
 
-enum class SourceShape : int {};  ///< number of a shape among heat_source_shapes()
-std::vector<std::string> names_of(SourceShape);
+/// ball: what is near a moving centre, which is drawn as a sphere; texture: an image on the surface.
+enum class SourceShape { ball, texture };
+inline std::vector<std::string> names_of(SourceShape) { return {"ball", "texture"}; }
 
 /// One external heat source: a moving hot ball or a heat texture (burning paper, section 5).
 struct HeatSource {
-  Choice<SourceShape> shape = SourceShape{};
+  Choice<SourceShape> shape = SourceShape::ball;
   double temperature = 1000;                           ///< [K]
   double rate = 20;                                    ///< of the exchange [1/s]
   double start_time = 0;                               ///< at which it begins to heat [s]
@@ -31,24 +32,11 @@ struct HeatSource {
   Eigen::Vector3d centre_at(double time) const;
 };
 
-/// A shape of heat sources: what decks, checks, the exchange and pictures know of it.
-struct HeatSourceShape {
-  std::string name;  ///< in decks
-  bool has_centre;   ///< whether radius, centre, velocity and path matter; the source is then drawn as a sphere
-  bool has_image;    ///< whether it needs an image
-  /// The fraction of its temperature above that of a particle which the particle takes on in a time h [s], 0 to 1.
-  /// @param offset of the particle from the centre [m] @param texture value of the image at the particle, 0 to 1
-  double (*fraction)(const HeatSource& source, const Eigen::Vector3d& offset, double texture, double h);
-};
-/// All shapes.
-const std::vector<HeatSourceShape>& heat_source_shapes();
-const HeatSourceShape& shape_of(const HeatSource& source);
-
 /// Declares the options of one source.
 void describe(OptionTable& table, HeatSource& source);
 
-/// Checks the options of a source. @throws Error that names the source, if it has a shape that needs an
-/// image and no file, or a path whose times do not increase
+/// Checks the options of a source. @throws Error that names the source, if a texture has no file, or a path whose times
+/// do not increase
 void validate(const std::string& name, const HeatSource& source);
 
 /// Data of a step for heat sources, with ghosts up to date.
@@ -56,7 +44,7 @@ struct HeatSourceInput {
   const Surface& surface;
   const Field& positions;              ///< at the start of the step [m]
   const Field& mass;                   ///< [kg]
-  const std::vector<double>& texture;  ///< value in [0, 1] at each local particle, for shapes with an image
+  const std::vector<double>& texture;  ///< value in [0, 1] at each local particle, of a texture
   double time = 0;                     ///< start of the step [s]
   double time_step = 0;                ///< h [s]
   double capacity = 0;                 ///< c [J/(kg K)]
