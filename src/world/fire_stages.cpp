@@ -13,7 +13,6 @@
 #include "contact/body_heat.h"
 #include "contact/contact_surface.h"
 #include "heat/heat_balance.h"
-#include "heat/heat_source.h"
 #include "parallel/collective.h"
 #include "world/fire_remarks.h"
 

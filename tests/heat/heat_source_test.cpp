@@ -1,9 +1,8 @@
-#include "heat/heat_source.h"
+#include "heat/heat_balance.h"
 
 #include <gtest/gtest.h>
 
 #include "base/error.h"
-#include "heat/heat_balance.h"
 #include "tests/heat/sheets.h"
 
 namespace pellicle {
