@@ -70,15 +70,14 @@ ContactSurface::ContactSurface(const std::vector<Part>& parts)
       part_[particles_.local(p, i)] = p;
     }
     for (PetscInt e = 0; e < part.elements.local(); ++e) {
-      const std::size_t number = e;
       Element& element = local_elements_[elements_.local(p, e)];
       for (PetscInt k = 0; k < part.sides_per_element(); ++k) {
-        element.corners[k] = particles_.local(p, part.corner(number, k));
+        element.corners[k] = particles_.local(p, part.corner(e, k));
       }
-      if (part.has_quads() && part.is_lattice[part.lattice[number]]) {
-        element.lattice = particles_.local(p, part.lattice[number]);
+      if (part.has_quads() && part.is_lattice[part.lattice[e]]) {
+        element.lattice = particles_.local(p, part.lattice[e]);
       }
-      element.area = element_area_vector(part, part.rest.data(), number).norm();
+      element.area = element_area_vector(part, part.rest.data(), e).norm();
     }
     set_active(p, std::vector<bool>(part.triangles.size(), true));
   }

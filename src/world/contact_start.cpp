@@ -229,11 +229,8 @@ void refuse_start_in_bodies(Object& object) {
   const double least = BodySweep::tolerance * object.motion().contact_part().thickness_or_usual();
   const State& state = object.state();
   const std::vector<bool> constrained = object.motion().constrained();
-  std::string inside = particles_inside(bodies, state.time, surface.particles, state.position, constrained, least);
-  if (inside.empty()) {
-    inside = triangles_inside(bodies, state.time, surface, state.position, constrained, least);
-  }
-  refuse_fault("", inside);
+  refuse_fault("", particles_inside(bodies, state.time, surface.particles, state.position, constrained, least));
+  refuse_fault("", triangles_inside(bodies, state.time, surface, state.position, constrained, least));
 }
 
 }  // namespace pellicle::world
