@@ -54,7 +54,7 @@ PointLoads::PointLoads(const Surface& points, const std::vector<double>& areas,
     for (double& fraction : stiffness) {
       fraction *= given.total_stiffness;
     }
-    attachments_.push_back({given.velocity, given.path, std::move(stiffness), Eigen::Vector3d::Zero()});
+    attachments_.push_back({given, std::move(stiffness), Eigen::Vector3d::Zero()});
   }
   for (const auto& [name, given] : forces) {
     const std::string key = "forces." + name;
@@ -68,7 +68,7 @@ PointLoads::PointLoads(const Surface& points, const std::vector<double>& areas,
 
 void PointLoads::set_time(double time) {
   for (Attachment& attachment : attachments_) {
-    attachment.displacement = place_of_motion(attachment.path, attachment.velocity, time);
+    attachment.displacement = place_of_motion(attachment.options.path, attachment.options.velocity, time);
   }
   for (Push& push : pushes_) {
     push.force = place_on_key_points(push.path, time);

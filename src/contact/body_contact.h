@@ -59,7 +59,6 @@ class BodyContact : public Potential {
   void begin_step(const Field& start, double time_end, double h);
   void set_time(double time_end, double h);
 
-  bool empty() const { return bodies().empty(); }
   const std::vector<Body>& bodies() const { return sweep_.bodies(); }
   double thickness() const { return sweep_.thickness(); }  ///< gap from which on bodies press [m]
 

@@ -31,13 +31,12 @@ void SurfaceContact::set_surface(const std::vector<bool>& constrained, const std
 }
 
 void SurfaceContact::Stencil::add(PetscInt particle, double weight) {
-  if (const std::size_t known = find(particle); known < count) {
-    weights[known] += weight;
-    return;
+  const std::size_t place = find(particle);
+  if (place == count) {
+    particles[count] = particle;
+    weights[count++] = 0;
   }
-  particles[count] = particle;
-  weights[count] = weight;
-  ++count;
+  weights[place] += weight;
 }
 
 SurfaceContact::Stencil SurfaceContact::stencil(const ContactPair& pair, const std::array<double, 4>& weights) const {

@@ -83,7 +83,7 @@ WallMotion::WallMotion(const Membrane& membrane, const Options& options, State& 
   const std::vector<Potential*> others =
       present({bending_ ? &*bending_ : nullptr, hold_.get(), drag_.get(), buoyancy_.get()});
   wall_part_.emplace(WallModel{elements_, constraints_, pins_, loads_, mass_, options.force.gravity, others,
-                               bodies_.empty() ? nullptr : &bodies_},
+                               bodies_.bodies().empty() ? nullptr : &bodies_},
                      options.prism, integrator_);
   set_part(
       *wall_part_, mass_, [this](double time) { wall_part_->set_time(time); },
