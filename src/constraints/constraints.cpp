@@ -88,6 +88,7 @@ Constraints::Constraints(const Surface& points, const std::map<std::string, Symm
       members = select(points, key, selection);
     }
     known.push_back({given.point, given.normal.stableNormalized(), std::move(members)});
+    planes.normals.push_back(known.back().normal);
     const double nearest = nearest_distance(points, known.back());
     if (nearest > tolerance) {
       throw Error(key + ": the nearest vertex is " + number_text(nearest) + " m away, expected vertices in the plane");
@@ -102,9 +103,6 @@ Constraints::Constraints(const Surface& points, const std::map<std::string, Symm
   constexpr std::size_t most_planes = 32;
   if (known.size() > most_planes) {
     throw Error("symmetry: " + std::to_string(known.size()) + " planes, expected at most 32");
-  }
-  for (const Plane& plane : known) {
-    planes.normals.push_back(plane.normal);
   }
   planes.of_particle.assign(known.empty() ? 0 : projectors.size(), 0);
   for (PetscInt i = 0; i < points.particles.local(); ++i) {
