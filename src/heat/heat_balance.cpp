@@ -21,7 +21,6 @@ double apply_heat_source(Field& temperature, const HeatSource& source, const Hea
   if (input.time < source.start_time || (source.end_time && input.time >= *source.end_time)) {
     return 0;
   }
-  const Layout& particles = input.surface.particles;
   const Eigen::Vector3d centre = source.centre_at(input.time);
   const auto fraction = [&](PetscInt i) {
     if (source.shape == SourceShape::texture) {
@@ -32,14 +31,14 @@ double apply_heat_source(Field& temperature, const HeatSource& source, const Hea
     return squared < 1 ? -std::expm1(-source.rate * input.time_step) * (1 - squared) * (1 - squared) : 0;
   };
   double heat = 0;
-  for (PetscInt i = 0; i < particles.local(); ++i) {
+  for (PetscInt i = 0; i < input.surface.particles.local(); ++i) {
     if (input.mass.data()[i] == 0) {
       continue;
     }
     double& value = temperature.data()[i];
     const double before = value;
     value += fraction(i) * std::max(source.temperature - value, 0.0);
-    if (i < particles.owned) {
+    if (i < input.surface.particles.owned) {
       heat += input.mass.data()[i] * input.capacity * (value - before);
     }
   }
