@@ -1,8 +1,7 @@
-#include "heat/heat_balance.h"
-
 #include <gtest/gtest.h>
 
 #include "base/error.h"
+#include "heat/heat_balance.h"
 #include "tests/heat/sheets.h"
 
 namespace pellicle {
