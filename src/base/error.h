@@ -29,6 +29,12 @@ void refuse_if(bool is_wrong, fmt::format_string<const Values&...> text, const V
   }
 }
 
+/// Refuses input that has a fault. @param fault message about it; empty: there is none
+/// @throws Error with the name of the input, such as "pins.hook", and the message behind it
+inline void refuse_fault(const std::string& name, const std::string& fault) {
+  refuse_if(!fault.empty(), "{}{}", name, fault);
+}
+
 /// A failed PETSc call. `what()` is one line with PETSc's own message, if keep_petsc_messages has been called.
 class PetscFailure : public std::runtime_error {
  public:

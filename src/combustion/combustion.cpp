@@ -1,8 +1,41 @@
 #include "combustion/combustion.h"
 
 #include <algorithm>
+#include <cmath>
+
+#include "options/options.h"
 
 namespace pellicle::combustion {
+
+void describe(OptionTable& table, CombustionOptions& options) {
+  table.add("combustion.ignition_temperature", options.ignition_temperature, Rules("K").at_least(0),
+            "above this temperature a particle loses mass", "burning paper, eq. 4; docs/theory.md: parameters");
+  table.add("combustion.mass_loss_rate", options.mass_loss_rate, Rules("1/(K s)").at_least(0),
+            "mu: the fraction of the initial mass lost per second and kelvin above ignition; 0: nothing burns",
+            "burning paper, eq. 4; docs/theory.md: parameters");
+  table.add("combustion.mass_loss_texture", options.mass_loss_texture, Rules().file(),
+            "image whose brightness at the uv coordinates weights the mass-loss rate of each particle",
+            "burning paper, section 8");
+  table.add(
+      "combustion.mass_loss_range", options.mass_loss_range,
+      Rules().length(2).at_least(0).acts_with(is_given("combustion.mass_loss_texture", options.mass_loss_texture)),
+      "factors on the mass-loss rate where the image is black and where it is white", "docs/theory.md: parameters");
+  table.add("combustion.corner_factor", options.corner_factor, Rules().at_least(0),
+            "factor on the mass-loss rate of the corner points, the blue layer", "burning paper, Fig. 7c");
+  table.add("combustion.lattice_factor", options.lattice_factor, Rules().at_least(0),
+            "factor on the mass-loss rate of the lattice points, the green layer", "burning paper, Fig. 7c");
+  table.add("combustion.min_mass", options.min_mass, Rules().range(1e-3, 1),
+            "the least mass that a particle can have, as a fraction of its initial mass",
+            "burning paper, section 6; docs/theory.md: parameters");
+  table.add("combustion.initial_density", options.initial_density, Rules("kg/m^3").more_than(0),
+            "density of the unburnt material; only its ratio to the burnt density matters", "office paper");
+  table.add("combustion.burnt_density", options.burnt_density, Rules("kg/m^3").more_than(0),
+            "density of what is left at the least mass", "burning paper, eq. 5; docs/theory.md: parameters");
+  table.add("combustion.char_stiffness", options.char_stiffness, Rules().more_than(0),
+            "factor on the elastic energy of a balloon's wall at the least mass; in between it is linear in the mass; "
+            "1: char is as stiff as the wall",
+            "docs/theory.md: readings");
+}
 
 double burn(Field& mass, Field& mass_change, const Surface& surface, const BurnInput& input,
             const CombustionOptions& options) {
@@ -81,6 +114,27 @@ void set_surface_lengths(TargetLengths& lengths, const Sheet& sheet, const Activ
       }
     }
   }
+}
+
+std::optional<FireFront> fire_front(const FrontInput& input, const CombustionOptions& options) {
+  const double m = std::max(input.loss_mass, options.min_mass);
+  const double heat = input.burning_heat * (1 - m * m) / (2 * (options.ignition_temperature - input.ambient));
+  const double rate = options.mass_loss_rate * (options.corner_factor + options.lattice_factor) / 2;
+  if (!(options.ignition_temperature > input.ambient && heat > 1 && input.diffusivity > 0 && rate > 0)) {
+    return std::nullopt;
+  }
+  // The left side rises from 0 to infinity between s = 0 and 1.
+  double low = 0;
+  double high = 1;
+  constexpr int halvings = 50;
+  for (int n = 0; n < halvings; ++n) {
+    const double s = (low + high) / 2;
+    const double growth = s * (M_PI - std::acos(s)) / std::sqrt(1 - s * s);
+    (2 * s * std::exp(growth) < heat - 1 ? low : high) = s;
+  }
+  const double mean_heat = input.burning_heat * (1 + m) / 2;
+  const double speed = (low + high) * std::sqrt(input.diffusivity * mean_heat * rate);
+  return FireFront{heat, speed, input.diffusivity / speed};
 }
 
 }  // namespace pellicle::combustion

@@ -69,31 +69,33 @@ void describe(OptionTable& table, SymmetryOptions& options) {
             "named group of vertices in the mesh: only those that lie in the plane and are in it stay; empty: all");
 }
 
-Constraints::Constraints(const Surface& points, const std::map<std::string, SymmetryOptions>& planes, const Pins& pins)
-    : projectors_(points.particles.local()) {
-  const Eigen::AlignedBox3d box = bounding_box(points, std::vector<bool>(projectors_.size(), true));
+Constraints::Constraints(const Surface& points, const std::map<std::string, SymmetryOptions>& symmetry,
+                         const Pins& pins)
+    : projectors(points.particles.local()) {
+  const Eigen::AlignedBox3d box = bounding_box(points, std::vector<bool>(projectors.size(), true));
   const double tolerance = nearness * box.diagonal().norm();
-  origin_ = box.center();
+  origin = box.center();
   std::vector<Plane> known;
-  for (const auto& [name, given] : planes) {
+  for (const auto& [name, given] : symmetry) {
     const std::string key = "symmetry." + name;
     if (given.normal.isZero(0)) {
       throw Error(key + ".normal: 0, 0, 0 given, expected a vector that is not zero");
     }
-    std::vector<bool> members(projectors_.size(), true);
+    std::vector<bool> members(projectors.size(), true);
     if (!given.group.empty()) {
       SelectionOptions selection;
       selection.group = given.group;
       members = select(points, key, selection);
     }
     known.push_back({given.point, given.normal.stableNormalized(), std::move(members)});
+    planes.normals.push_back(known.back().normal);
     const double nearest = nearest_distance(points, known.back());
     if (nearest > tolerance) {
       throw Error(key + ": the nearest vertex is " + number_text(nearest) + " m away, expected vertices in the plane");
     }
-    origin_ = common_point(known, box.center());
+    origin = common_point(known, box.center());
     for (const Plane& plane : known) {
-      if (plane.distance(origin_) > tolerance) {
+      if (plane.distance(origin) > tolerance) {
         throw Error(key + ": shares no point with the planes named before it, expected planes that all meet in one");
       }
     }
@@ -102,16 +104,13 @@ Constraints::Constraints(const Surface& points, const std::map<std::string, Symm
   if (known.size() > most_planes) {
     throw Error("symmetry: " + std::to_string(known.size()) + " planes, expected at most 32");
   }
-  for (const Plane& plane : known) {
-    planes_.normals.push_back(plane.normal);
-  }
-  planes_.of_particle.assign(known.empty() ? 0 : projectors_.size(), 0);
+  planes.of_particle.assign(known.empty() ? 0 : projectors.size(), 0);
   for (PetscInt i = 0; i < points.particles.local(); ++i) {
     Eigen::Matrix3d projector = Eigen::Matrix3d::Identity();
     std::vector<Eigen::Vector3d> barred;
     for (std::size_t k = 0; k < known.size(); ++k) {
       if (known[k].members[i] && known[k].distance(points.rest.col(i)) <= tolerance) {
-        planes_.of_particle[i] |= 1U << k;
+        planes.of_particle[i] |= 1U << k;
         if (const auto axis = direction_beside(barred, known[k].normal)) {
           projector -= *axis * axis->transpose();
           barred.push_back(*axis);
@@ -121,7 +120,7 @@ Constraints::Constraints(const Surface& points, const std::map<std::string, Symm
     if (pins.pinned()[i] || barred.size() == 3) {
       projector.setZero();
     }
-    projectors_.bind(i, projector);
+    projectors.bind(i, projector);
   }
 }
 

@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <map>
 #include <string>
-#include <vector>
 
 #include "constraints/pins.h"
 #include "geometry/projectors.h"
@@ -23,22 +22,14 @@ void describe(OptionTable& table, SymmetryOptions& options);
 
 /// Freedom of the vertices: free, in planes or along lines of symmetry, or pinned. A vertex is bound to every plane, if
 /// it is in the plane's group, that is nearer to its undeformed place than a millionth of the mesh's size.
-class Constraints {
- public:
+struct Constraints {
   /// Collective. @throws Error that names the plane and the key: no vertex (of its group) in it, planes without a
   /// common point
-  Constraints(const Surface& points, const std::map<std::string, SymmetryOptions>& planes, const Pins& pins);
+  Constraints(const Surface& points, const std::map<std::string, SymmetryOptions>& symmetry, const Pins& pins);
 
-  /// Projectors of the local particles.
-  const Projectors& projectors() const { return projectors_; }
-  /// A point of all symmetry planes, the nearest to the middle of the undeformed mesh [m].
-  const Eigen::Vector3d& origin() const { return origin_; }
-  const SymmetryPlanes& planes() const { return planes_; }
-
- private:
-  Projectors projectors_;
-  Eigen::Vector3d origin_;
-  SymmetryPlanes planes_;
+  Projectors projectors;   ///< of the local particles
+  Eigen::Vector3d origin;  ///< a point of all symmetry planes, the nearest to the middle of the undeformed mesh [m]
+  SymmetryPlanes planes;
 };
 
 }  // namespace pellicle::constraints

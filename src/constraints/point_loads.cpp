@@ -49,28 +49,26 @@ PointLoads::PointLoads(const Surface& points, const std::vector<double>& areas,
   };
   for (const auto& [name, given] : attachments) {
     const std::string key = "attachments." + name;
-    require_motion(key, given);
+    refuse_fault(key, fault_of_motion(given.path, given.velocity));
     std::vector<double> stiffness = next_shares(key, given);
     for (double& fraction : stiffness) {
       fraction *= given.total_stiffness;
     }
-    attachments_.push_back({given.velocity, given.path, std::move(stiffness), Eigen::Vector3d::Zero()});
+    attachments_.push_back({given, std::move(stiffness), Eigen::Vector3d::Zero()});
   }
   for (const auto& [name, given] : forces) {
     const std::string key = "forces." + name;
     if (given.force.empty()) {
       throw Error(key + ".force: no key points given, expected at least one: time, x, y, z");
     }
-    if (const std::string fault = fault_of_key_points(given.force); !fault.empty()) {
-      throw Error(key + ".force: " + fault);
-    }
+    refuse_fault(key + ".force: ", fault_of_key_points(given.force));
     pushes_.push_back({given.force, next_shares(key, given), Eigen::Vector3d::Zero()});
   }
 }
 
 void PointLoads::set_time(double time) {
   for (Attachment& attachment : attachments_) {
-    attachment.displacement = place_of_motion(attachment.path, attachment.velocity, time);
+    attachment.displacement = place_of_motion(attachment.options.path, attachment.options.velocity, time);
   }
   for (Push& push : pushes_) {
     push.force = place_on_key_points(push.path, time);

@@ -54,8 +54,7 @@ class PointLoads {
 
  private:
   struct Attachment {
-    Eigen::Vector3d velocity;  ///< [m/s]
-    Rows path;
+    AttachmentOptions options;
     std::vector<double> stiffness;  ///< of each local particle; 0: not tied [N/m]
     Eigen::Vector3d displacement;   ///< at the end of the step [m]
   };

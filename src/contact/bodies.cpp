@@ -30,9 +30,7 @@ bool has(BodyShape shape, ShapeOption option) { return kind_of(shape) != nullptr
 
 /// @throws Error
 void require_valid(const std::string& key, const BodyOptions& options, const RigidMotion& motion) {
-  if (const std::string fault = fault_of(motion); !fault.empty()) {
-    throw Error(key + fault);
-  }
+  refuse_fault(key, fault_of(motion));
   if (has(options.shape, ShapeOption::plane) && options.normal.isZero(0)) {
     throw Error(key + ".normal: 0, 0, 0 given, expected a vector that is not zero");
   }
@@ -144,7 +142,7 @@ void describe(OptionTable& table, BodyOptions& options) {
             "normal and relative to the body (of balloons by implicit Euler)");
   table.add("temperature", options.temperature, Rules("K").more_than(0),
             "heats or cools what touches the body; no heat is exchanged unless given");
-  const Condition hot{"temperature", [&options] { return options.temperature.has_value(); }};
+  const Condition hot = is_given("temperature", options.temperature);
   table.add("heat_transfer", options.heat_transfer, Rules("W/(m^2 K)").more_than(0).acts_with(hot),
             "heat that flows between the body and what touches it, by area and difference of temperature");
   table.add("heat_reach", options.heat_reach, Rules("m").more_than(0).acts_with(hot),
@@ -165,16 +163,6 @@ std::vector<Body> make_bodies(MPI_Comm comm, const std::map<std::string, BodyOpt
     bodies.push_back({given, name, shape, motion});
   }
   return bodies;
-}
-
-std::string entered_too_deep(const std::vector<Body>& bodies, const std::vector<BodyLoad>& loads, double tolerance) {
-  for (std::size_t b = 0; b < bodies.size(); ++b) {
-    if (loads[b].gap < -tolerance) {
-      return fmt::format("bodies.{} is entered by {:.2e} m, expected at most {:.2e} m, a tenth of contact.thickness",
-                         bodies[b].name, -loads[b].gap, tolerance);
-    }
-  }
-  return "";
 }
 
 namespace {

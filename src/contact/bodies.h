@@ -60,11 +60,6 @@ struct Body : BodyLaws {
   Solid at(double time) const { return {shape, motion.at(time)}; }
 };
 
-/// Place of a point after a solid to which it is fixed has moved from one pose to another [m].
-inline Eigen::Vector3d carried(const Pose& from, const Pose& to, const Eigen::Vector3d& point) {
-  return to.to_world(from.to_own(point));
-}
-
 /// Makes bodies from the options of a deck; rank 0 reads their meshes. Collective.
 /// @throws Error that names the body and the key, the same on all ranks.
 std::vector<Body> make_bodies(MPI_Comm comm, const std::map<std::string, BodyOptions>& options);
@@ -74,10 +69,6 @@ struct BodyLoad {
   Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< on the body: pressure, friction and impacts [N]
   double gap = 0;  ///< least gap beyond the body's margin, at most the thickness of contacts [m]
 };
-
-/// Message that names the first body into which a surface reaches deeper than the tolerance [m]; empty if there is
-/// none. @param loads on each body
-std::string entered_too_deep(const std::vector<Body>& bodies, const std::vector<BodyLoad>& loads, double tolerance);
 
 /// Message that names the first body in which free particles are at a time, its margin included, and their number;
 /// empty if there is none. Collective.

@@ -1,11 +1,9 @@
 #include "contact/body_contact.h"
 
-#include <algorithm>
 #include <cmath>
 #include <set>
 #include <utility>
 
-#include "contact/contact_surface.h"
 #include "parallel/collective.h"
 #include "surface/drawn_places.h"
 
@@ -39,11 +37,6 @@ Eigen::Matrix3d gap_curvature(const Solid& solid, const Eigen::Vector3d& x) {
 }
 
 }  // namespace
-
-double contact_thickness(const Surface& surface, const ContactOptions& options) {
-  constexpr double fraction = 0.1;
-  return options.thickness ? *options.thickness : fraction * mean_side(surface);
-}
 
 BodyContact::BodyContact(const Surface& surface, const std::map<std::string, BodyOptions>& bodies,
                          const ContactOptions& options, double usual_stiffness)
@@ -108,13 +101,10 @@ void BodyContact::set_time(double time_end, double h) {
 void BodyContact::find_friction() {
   slip_.e = sweep_.h() * slip_speed_;
   for (std::size_t b = 0; b < pressed_.size(); ++b) {
-    PetscInt i = 0;
-    for (Pressed& pressed : pressed_[b]) {
-      pressed.friction = {};
-      if (bodies()[b].friction > 0 && sweep_.start_gap(b, i) < thickness()) {
-        pressed.friction = friction_of(b, stiffness_ * area_[i], pressed.nearer, sweep_.start().vector(i));
-      }
-      ++i;
+    for (std::size_t i = 0; i < pressed_[b].size(); ++i) {
+      const bool rubs = bodies()[b].friction > 0 && sweep_.start_gap(b, i) < thickness();
+      pressed_[b][i].friction =
+          rubs ? friction_of(b, stiffness_ * area_[i], nearer_[b][i], sweep_.start().vector(i)) : Friction();
     }
   }
 }
@@ -172,12 +162,11 @@ PointPotential BodyContact::press(const ElementPoint& point, const Field& x) con
 template <class Take>
 void BodyContact::for_each_vertex(const Field& x, const Take& take) const {
   for (std::size_t b = 0; b < bodies().size(); ++b) {
-    PetscInt i = 0;
-    for (const Pressed& pressed : pressed_[b]) {
+    for (std::size_t i = 0; i < pressed_[b].size(); ++i) {
+      const Pressed& pressed = pressed_[b][i];
       if (!sweep_.is_held(i) && (pressed.friction.force != 0 || may_touch(b, i, x.vector(i)))) {
         take(i, b, press(b, pressed, sweep_.carried_place(b, i), x.vector(i)));
       }
-      ++i;
     }
   }
 }
@@ -226,12 +215,10 @@ void BodyContact::update_hessian(const Field& x, Curvature curvature) {
   gap_curvature_share_ = curvature == Curvature::exact ? 1 - psd_blend_ : 0;
   std::fill(hessian_.begin(), hessian_.end(), Eigen::Matrix3d::Zero());
   for (std::size_t b = 0; b < bodies().size(); ++b) {
-    PetscInt i = 0;
-    for (Pressed& pressed : pressed_[b]) {
-      if (Friction& friction = pressed.friction; friction.force > 0) {
+    for (std::size_t i = 0; i < pressed_[b].size(); ++i) {
+      if (Friction& friction = pressed_[b][i].friction; friction.force > 0) {
         friction.tangent.move_to(slip_, along_surface(x.vector(i) - sweep_.carried_place(b, i), friction.normal));
       }
-      ++i;
     }
   }
   for (ElementPoint& point : points_) {
@@ -399,10 +386,6 @@ bool BodyContact::limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matrix3
   }
   step = to.values().leftCols(step.cols()) - x.values().leftCols(step.cols());
   return true;
-}
-
-std::string BodyContact::fault(const Field& x) const {
-  return entered_too_deep(bodies(), loads(x), tolerance * thickness());
 }
 
 std::vector<BodyLoad> BodyContact::loads(const Field& x) const {

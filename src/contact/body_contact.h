@@ -7,7 +7,7 @@
 
 #include "contact/body_sweep.h"
 #include "contact/contact_laws.h"
-#include "contact/contact_options.h"
+#include "contact/contact_surface.h"
 #include "energies/potential.h"
 #include "energies/vertex_potential.h"
 #include "geometry/deepest_point.h"
@@ -28,8 +28,8 @@ namespace pellicle::contact {
 ///
 /// A point that is nearer to a body than the thickness when undeformed presses only when it comes nearer than it was.
 ///
-/// So no surface triangle ends deeper in a body than `tolerance` of the thickness; otherwise the step has failed
-/// (`fault`). The positive Hessian leaves out the curvature of the body.
+/// So no surface triangle ends deeper in a body than BodySweep::tolerance of the thickness; otherwise the step has
+/// failed (BodySweep::fault). The positive Hessian leaves out the curvature of the body.
 ///
 /// Friction is mu N s(|u|) at these points, with the slip u along the surface relative to the body over the step. As in
 /// incremental potential contact (Li et al. 2020, section 5) normal force N and surface are those of the step's start,
@@ -41,7 +41,6 @@ namespace pellicle::contact {
 /// body.
 class BodyContact : public Potential {
  public:
-  static constexpr double tolerance = 0.1;
   static constexpr double onset = 0.05;  ///< of the Barrier, so short that Newton's method finds the balance at once
 
   /// Collective. Surface must outlive it. @throws Error as make_bodies does
@@ -52,20 +51,14 @@ class BodyContact : public Potential {
   /// Sets the stiffness of the contact with bodies from the next step on [Pa/m]. Not collective.
   void set_stiffness(double stiffness) { stiffness_ = stiffness; }
 
-  /// Sets on which part of the surface bodies act from the next step on; all of it at first. Not collective.
-  /// @param constrained local particles that do not move, because they are pinned or burnt
-  /// @param active surface triangles of the local elements that are there; null: all
+  // As those of BodySweep.
   void set_surface(const std::vector<bool>& constrained, const std::vector<bool>* active) {
     sweep_.set_surface(constrained, active);
   }
-  /// Begins a step. Collective.
-  /// @param start positions at the beginning of the step [m], ghosts up to date
-  /// @param time_end at which forces are in balance [s] @param h length of the step until then [s]
+  /// Collective. @param time_end at which forces are in balance [s] @param h length of the step until then [s]
   void begin_step(const Field& start, double time_end, double h);
-  /// Changes the time at which the present step ends, and with it the poses of the bodies. Not collective.
   void set_time(double time_end, double h);
 
-  bool empty() const { return bodies().empty(); }
   const std::vector<Body>& bodies() const { return sweep_.bodies(); }
   double thickness() const { return sweep_.thickness(); }  ///< gap from which on bodies press [m]
 
@@ -81,10 +74,8 @@ class BodyContact : public Potential {
   bool limits() const override { return true; }
   bool limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matrix3Xd> step) override;
 
-  /// Message that the surface is too deep in a body; empty if it is not. Collective.
-  std::string fault(const Field& x) const;
-  /// Message that names the body in which particles are too deep at the step's start, or empty. Collective.
-  std::string start_fault() const { return sweep_.start_fault(tolerance * thickness()); }
+  /// The bodies in the present step.
+  const BodySweep& sweep() const { return sweep_; }
   /// Applies the restitution of bodies to the velocities of particles that have come to touch a body in the step, and
   /// then to points of elements that still leave the body too slowly. Collective.
   /// @param before velocities at the beginning of the step [m/s] @param mass of the local particles [kg]
@@ -155,8 +146,5 @@ class BodyContact : public Potential {
   double psd_blend_ = 0;            ///< set by set_psd_blend
   double gap_curvature_share_ = 0;  ///< fraction of the bodies' curvature in the Hessian
 };
-
-/// Gap below which bodies press on a surface: as given, or else a tenth of the mean side of the mesh [m]. Collective.
-double contact_thickness(const Surface& surface, const ContactOptions& options);
 
 }  // namespace pellicle::contact

@@ -126,7 +126,7 @@ void BodyCorrection::push_particles(Field& positions, const ContactStep& step) {
 /// @param with only triangles with one of these particles are examined; null: all
 /// @returns whether any triangle was too deep, on any rank
 bool BodyCorrection::push_triangles(Field& positions, const ContactStep& step, const std::vector<bool>* with) {
-  const double limit = tolerance / 2 * sweep_.thickness();
+  const double limit = BodySweep::tolerance / 2 * sweep_.thickness();
   WantedChanges moves;
   sweep_.visit_near_triangles(
       positions, false, -limit,
@@ -238,10 +238,6 @@ std::vector<BodyLoad> BodyCorrection::loads(const Field& positions, const Contac
     loads.push_back(load);
   }
   return loads;
-}
-
-std::string BodyCorrection::fault(const std::vector<BodyLoad>& loads) const {
-  return entered_too_deep(bodies(), loads, tolerance * sweep_.thickness());
 }
 
 }  // namespace pellicle::contact

@@ -33,8 +33,6 @@ struct ContactStep {
 /// there pushed out on the side from which they came.
 class BodyCorrection {
  public:
-  static constexpr double tolerance = 0.1;  ///< fraction of the thickness by which a surface triangle may enter a body
-
   /// Collective. The surface must outlive this object. @param thickness largest gap that the loads report [m]
   /// @throws Error as make_bodies does
   BodyCorrection(const Surface& surface, const std::map<std::string, BodyOptions>& bodies, double thickness);
@@ -67,10 +65,8 @@ class BodyCorrection {
 
   /// Loads on the bodies from all calls since `begin_step`, at the positions of `correct_velocities`. Collective.
   std::vector<BodyLoad> loads(const Field& positions, const ContactStep& step) const;
-  /// Message that names the body in which particles are too deep at the step's start, or empty. Collective.
-  std::string start_fault() const { return sweep_.start_fault(tolerance * sweep_.thickness()); }
-  /// Message that a triangle is still too deep in a body after `correct_triangles`; empty if none is.
-  std::string fault(const std::vector<BodyLoad>& loads) const;
+  /// The bodies without their margins in the present step.
+  const BodySweep& sweep() const { return sweep_; }
 
  private:
   void push_particles(Field& positions, const ContactStep& step);

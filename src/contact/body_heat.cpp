@@ -61,12 +61,6 @@ struct DrawnTriangle {
   const std::optional<Eigen::Vector3d>& lift;  ///< from the drawn layer to the other one [m]; none: there is one layer
   bool has_centre;                             ///< whether its last corner is the centre of a quad
 
-  /// Integral over the triangle of weight times fraction of each corner [m^2].
-  Eigen::Vector3d integral() const {
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    add({Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY(), Eigen::Vector3d::UnitZ()}, area(), 0, sum);
-    return sum;
-  }
   double area() const { return (corners[1] - corners[0]).cross(corners[2] - corners[0]).norm() / 2; }
 
   Eigen::Vector3d at(const Eigen::Vector3d& w) const {
@@ -87,6 +81,7 @@ struct DrawnTriangle {
     return least_distance(hot.solid, places, middle, signed_distance(hot.solid, middle));
   }
 
+  /// Adds the integral over a part of weight times fraction of each corner [m^2]. @param divisions that led to the part
   void add(const Triangle& part, double area, int divisions, Eigen::Vector3d& sum) const {
     double least = least_of_layer(part, Eigen::Vector3d::Zero());
     if (lift) {
@@ -193,8 +188,9 @@ Eigen::VectorXd body_conductance(const Surface& surface, const Body& body, const
       }
       const Triangle corners = places(surface.triangles[t]);
       const DrawnTriangle triangle{hot, corners, lift, surface.has_quads()};
-      const Eigen::Vector3d taken = triangle.integral();
+      Eigen::Vector3d taken = Eigen::Vector3d::Zero();
       area[k] = triangle.area();
+      triangle.add({Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY(), Eigen::Vector3d::UnitZ()}, area[k], 0, taken);
       if (surface.has_quads()) {
         of_corner[k] += taken[0];
         of_corner[(k + 1) % 4] += taken[1];

@@ -1,5 +1,7 @@
 #include "contact/body_sweep.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -9,10 +11,6 @@
 namespace pellicle::contact {
 
 namespace {
-
-/// Gap at which what comes from outside is stopped, as a fraction of the thickness.
-constexpr double surface_gap = 0.7;
-constexpr double least_free = 0.1;  ///< least weight of free particles in a point that can move it
 
 /// Largest displacement of a local particle [m].
 double farthest_way(const Field& from, const Field& to) {
@@ -35,6 +33,7 @@ PointWeights weights_of(const Surface& surface, std::size_t triangle, const Eige
 }
 
 bool BodySweep::can_move(const PointWeights& point) const {
+  constexpr double least_free = 0.1;
   double free = 0;
   for (std::size_t k = 0; k < 4; ++k) {
     free += is_held(point.particles[k]) ? 0 : point.weights[k];
@@ -106,6 +105,17 @@ void BodySweep::set_time(double time_end, double h) {
   }
 }
 
+std::string BodySweep::fault(const std::vector<BodyLoad>& loads) const {
+  const double most = tolerance * thickness_;
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    if (loads[b].gap < -most) {
+      return fmt::format("bodies.{} is entered by {:.2e} m, expected at most {:.2e} m, a tenth of contact.thickness",
+                         bodies_[b].name, -loads[b].gap, most);
+    }
+  }
+  return "";
+}
+
 /// Whether an element has one of these particles as a corner.
 bool BodySweep::has_any(std::size_t element, const std::vector<bool>& particles) const {
   const std::array<PetscInt, 4> corners = corners_of(surface_, element);
@@ -165,6 +175,7 @@ std::vector<double> BodySweep::safe_shares(std::size_t body, const Field& from, 
     return {};
   }
   std::vector<double> shares(surface_.particles.local(), 1);
+  constexpr double surface_gap = 0.7;  // at which what comes from outside is stopped, of the thickness
   const double rounding = 0.05 * std::min(thickness_, middle);
   const double margin = bodies_[body].margin;
   // Gaps at `from` are no less than this.

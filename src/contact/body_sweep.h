@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "contact/bodies.h"
-#include "energies/vertex_potential.h"
+#include "energies/potential.h"
 #include "geometry/deepest_point.h"
 #include "surface/drawn_places.h"
 #include "surface/drawn_surface.h"
@@ -39,7 +39,9 @@ using WantedChanges = std::map<std::pair<std::size_t, PetscInt>, WantedChange>; 
 /// Moving bodies: finds a surface's surface triangles near them and keeps displacements from passing through a body.
 class BodySweep {
  public:
-  static constexpr double gap_error = 0.02;  ///< of the gap of a triangle, as a fraction of the thickness
+  // Fractions of the thickness.
+  static constexpr double gap_error = 0.02;  ///< of the gap of a triangle
+  static constexpr double tolerance = 0.1;   ///< depth up to which a surface may enter a body
 
   /// The surface must outlive this object. @param thickness gap below which bodies press [m]
   BodySweep(const Surface& surface, std::vector<Body> bodies, double thickness);
@@ -63,10 +65,14 @@ class BodySweep {
   double h() const { return h_; }                                              ///< [s]
   const Solid& before(std::size_t body) const { return moved_[body].before; }  ///< the body at the step's start
   const Solid& after(std::size_t body) const { return moved_[body].after; }    ///< the body at the step's end
-  /// Message that names the body in which particles are deeper than `least` at the step's start, or empty. Collective.
-  std::string start_fault(double least) const {
-    return h_ > 0 ? particles_inside(bodies_, time_, surface_.particles, start_, constrained_, least) : "";
+  /// Message that names the body in which particles are too deep at the step's start, or empty. Collective.
+  std::string start_fault() const {
+    return h_ > 0 ? particles_inside(bodies_, time_, surface_.particles, start_, constrained_, tolerance * thickness_)
+                  : "";
   }
+  /// Message that names the first body into which the surface reaches deeper than the tolerance; empty if there is
+  /// none. @param loads on each body
+  std::string fault(const std::vector<BodyLoad>& loads) const;
   /// Gap between a body with its margin and a local particle at the step's start [m].
   double start_gap(std::size_t body, PetscInt particle) const { return moved_[body].start_gap[particle]; }
   /// Whether the free particles of a point have enough weight to move it.
@@ -77,7 +83,7 @@ class BodySweep {
                   const Eigen::Vector3d& by, double weight, WantedChanges& changes) const;
   /// Mean velocity over the step of the body's material point that is at x in the end [m/s].
   Eigen::Vector3d velocity_at(std::size_t body, const Eigen::Vector3d& x) const {
-    return (x - carried(after(body).pose, before(body).pose, x)) / h_;
+    return (x - before(body).pose.to_world(after(body).pose.to_own(x))) / h_;
   }
   const Solid& solid(std::size_t body, bool at_start) const { return at_start ? before(body) : after(body); }
   /// Gap between a body with its margin and a point, with the body's normal there.
@@ -87,7 +93,7 @@ class BodySweep {
   }
   /// Place of a point, or particle, if it had moved with the body since the step's start [m].
   Eigen::Vector3d carried_place(std::size_t body, const Eigen::Vector3d& start) const {
-    return carried(moved_[body].before.pose, moved_[body].after.pose, start);
+    return after(body).pose.to_world(before(body).pose.to_own(start));
   }
   Eigen::Vector3d carried_place(std::size_t body, PetscInt particle) const {
     return carried_place(body, start_.vector(particle));

@@ -39,16 +39,8 @@ void add_patches(const std::vector<Box>& boxes, std::vector<std::size_t>::iterat
   add_patches(boxes, middle, last, patches - patches / 2, result);
 }
 
-/// Number of boxes by which a rank describes its part to the others.
-constexpr int patches_of_rank = 32;
-
 /// Share of a quad's area that belongs to its centre.
 constexpr double centre_share = 0.5;
-
-struct RankBox {
-  int rank;
-  Box box;
-};
 
 }  // namespace
 
@@ -87,6 +79,11 @@ Box ContactMesh::box(PetscInt element, const Motion& motion) const {
 /// @returns the elements from other ranks, in the order of these
 std::vector<ContactMesh::Element> ContactMesh::receive(const std::vector<Element>& here, std::size_t own,
                                                        const std::vector<Box>& boxes, double margin) const {
+  constexpr int patches_of_rank = 32;  // boxes by which a rank describes its part to the others
+  struct RankBox {
+    int rank;
+    Box box;
+  };
   const int rank = rank_of(surface_.comm());
   auto order = numbers_up_to<std::size_t>(boxes.size());
   std::vector<Box> patches;
@@ -124,19 +121,19 @@ bool ContactMesh::gather(const Motion& motion, const Field& start, const std::ve
   std::size_t own = 0;
   std::vector<Box> boxes;
   for (PetscInt e = 0; e < elements.local(); ++e) {
-    const auto& [corners, lattice, lives, area] = surface_.element(e);
-    if (std::none_of(lives.begin(), lives.end(), [](bool is) { return is; })) {
+    const ContactSurface::Element& drawn = surface_.element(e);
+    if (std::none_of(drawn.lives.begin(), drawn.lives.end(), [](bool is) { return is; })) {
       continue;
     }
-    Element& element = here.emplace_back(Element{elements.to_global(e), {-1, -1, -1, -1}, lives, area});
-    for (std::size_t k = 0; k < 4 && corners[k] >= 0; ++k) {
-      element.corners[k] = particles.to_global(corners[k]);
+    Element& element = here.emplace_back(Element{drawn, elements.to_global(e)});
+    for (PetscInt& corner : element.corners) {
+      corner = corner < 0 ? corner : particles.to_global(corner);
     }
     own += e < elements.owned ? 1 : 0;
     // An element that touches this rank's particles is either owned, or a ghost whose owner also asks for its
     // neighbours.
     const auto is_own = [&particles](PetscInt i) { return i >= 0 && i < particles.owned; };
-    if (e < elements.owned || std::any_of(corners.begin(), corners.end(), is_own)) {
+    if (e < elements.owned || std::any_of(drawn.corners.begin(), drawn.corners.end(), is_own)) {
       boxes.push_back(box(e, motion));
     }
   }
@@ -259,7 +256,7 @@ void ContactMesh::add(const Element& element) {
     corners[k] = numbers_.find(element.corners[k]);
     has_[corners[k]] = true;
   }
-  if (corners[3] < 0) {
+  if (!element.is_quad()) {
     triangles_.push_back({corners[0], corners[1], corners[2]});
     return;
   }

@@ -86,12 +86,9 @@ class ContactMesh {
   const Point& point(PetscInt number) const { return points_[number]; }
 
  private:
-  /// An element as it is sent to other ranks.
-  struct Element {
-    PetscInt number = 0;                              ///< global
-    std::array<PetscInt, 4> corners{-1, -1, -1, -1};  ///< global numbers of the particles
-    std::array<bool, 4> lives{};                      ///< of its surface triangles
-    double area = 0;                                  ///< [m^2]
+  /// An element as it is sent to other ranks: its corners are global numbers.
+  struct Element : ContactSurface::Element {
+    PetscInt number = 0;  ///< global
   };
   template <class Values>
   Eigen::Vector3d mean(const Values& values, PetscInt point) const {

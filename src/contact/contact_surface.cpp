@@ -1,6 +1,5 @@
 #include "contact/contact_surface.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <iterator>
 
@@ -11,9 +10,6 @@ namespace pellicle::contact {
 
 namespace {
 
-/// The thickness as a fraction of the mean side of a mesh, unless it is given.
-constexpr double usual_thickness = 0.2;
-
 std::vector<Layout> layouts_of(const std::vector<ContactSurface::Part>& parts, Layout Surface::*layout) {
   std::vector<Layout> layouts;
   std::transform(parts.begin(), parts.end(), std::back_inserter(layouts),
@@ -23,8 +19,39 @@ std::vector<Layout> layouts_of(const std::vector<ContactSurface::Part>& parts, L
 
 }  // namespace
 
+void describe(OptionTable& table, ContactOptions& options, const Condition& bodies, const Condition& body_friction) {
+  const Condition touches{"bodies, or contact.self", [&options, bodies] { return options.self || bodies.holds(); }};
+  const Condition rubs{"a body with friction, or contact.friction", [&options, body_friction] {
+                         return (options.self && options.friction > 0) || body_friction.holds();
+                       }};
+  const Condition touches_itself{"contact.self: true", [&options] { return options.self; }};
+  table.add("contact.self", options.self,
+            "surfaces touch themselves, no part passes through another; objects that have it touch each other, too");
+  table.add(
+      "contact.start", options.start, Rules().acts_with(touches_itself),
+      "surfaces that pass through themselves or each other at the start: accept: what is crossed stays so; untangle: "
+      "moves them until nothing crosses and they are as far apart as contact keeps them; refuse: no run");
+  table.add("contact.check", options.check,
+            "counts after every step the pairs of drawn triangles that cut through each other (history: crossings)");
+  table.add("contact.thickness", options.thickness, Rules("m").more_than(0).acts_with(touches),
+            "gap at which surfaces begin to press: two parts of a surface, by half of their undeformed distance at "
+            "most, and bodies, beyond their margin; of parts at most ten mean sides of the mesh; unless given a fifth "
+            "of that side, for bodies a tenth",
+            "docs/theory.md: parameters");
+  table.add("contact.friction", options.friction, Rules().at_least(0).acts_with(touches_itself),
+            "coefficient of Coulomb friction between parts of a surface");
+  table.add("contact.stiffness", options.stiffness, Rules("Pa/m").more_than(0).acts_with(touches),
+            "c of the pressure with which surfaces press whose gap g is less than contact.thickness d: c (d - g)^2/(2 "
+            "d); of bodies c (0.975 d - g) where g < 0.95 d, then falling smoothly to 0 at d: unless given much "
+            "stiffer than the mesh in the plane and its mass in a step; of two objects the softer counts",
+            "docs/theory.md: parameters");
+  table.add("contact.slip_speed", options.slip_speed, Rules("m/s").more_than(0).acts_with(rubs),
+            "along a surface: friction grows up to this speed, at which it is Coulomb's", "docs/theory.md: parameters");
+}
+
 double ContactSurface::Part::thickness_or_usual() const {
-  return thickness ? *thickness : usual_thickness * mean_side(*surface);
+  constexpr double usual = 0.2;  // of the mean side
+  return thickness ? *thickness : usual * mean_side(*surface);
 }
 
 ContactSurface::ContactSurface(const std::vector<Part>& parts)
@@ -43,15 +70,14 @@ ContactSurface::ContactSurface(const std::vector<Part>& parts)
       part_[particles_.local(p, i)] = p;
     }
     for (PetscInt e = 0; e < part.elements.local(); ++e) {
-      const std::size_t number = e;
       Element& element = local_elements_[elements_.local(p, e)];
       for (PetscInt k = 0; k < part.sides_per_element(); ++k) {
-        element.corners[k] = particles_.local(p, part.corner(number, k));
+        element.corners[k] = particles_.local(p, part.corner(e, k));
       }
-      if (part.has_quads() && part.is_lattice[part.lattice[number]]) {
-        element.lattice = particles_.local(p, part.lattice[number]);
+      if (part.has_quads() && part.is_lattice[part.lattice[e]]) {
+        element.lattice = particles_.local(p, part.lattice[e]);
       }
-      element.area = element_area_vector(part, part.rest.data(), number).norm();
+      element.area = element_area_vector(part, part.rest.data(), e).norm();
     }
     set_active(p, std::vector<bool>(part.triangles.size(), true));
   }
@@ -74,6 +100,11 @@ double mean_side(const Surface& surface) {
   }
   sums = sum_over_ranks(surface.comm(), sums);
   return sums[0] / std::max(1.0, sums[1]);
+}
+
+double contact_thickness(const Surface& surface, const ContactOptions& options) {
+  constexpr double fraction = 0.1;
+  return options.thickness ? *options.thickness : fraction * mean_side(surface);
 }
 
 double usual_contact_stiffness(const Surface& surface, double tension, double areal_mass, double h) {

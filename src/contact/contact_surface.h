@@ -3,12 +3,32 @@
 #include <Eigen/Core>
 #include <array>
 #include <optional>
+#include <string>
 #include <vector>
 
+#include "options/options.h"
 #include "parallel/joined_layout.h"
 #include "surface/surface.h"
 
 namespace pellicle::contact {
+
+/// How a run treats surfaces that pass through themselves or each other at its start.
+enum class ContactStart { accept, untangle, refuse };
+inline std::vector<std::string> names_of(ContactStart) { return {"accept", "untangle", "refuse"}; }
+
+/// Options of contact of surfaces with bodies, each other and themselves.
+struct ContactOptions {
+  bool self = false;                ///< whether drawn surfaces keep apart from each other and from themselves
+  std::optional<double> thickness;  ///< gap below which surfaces press [m]; none: a fraction of the mean side
+  std::optional<double> stiffness;  ///< pressure over depth [Pa/m]; none: usual_contact_stiffness
+  double friction = 0;              ///< Coulomb's coefficient between surfaces
+  Choice<ContactStart> start = ContactStart::accept;
+  bool check = false;        ///< count after every step where surfaces pass through themselves
+  double slip_speed = 1e-3;  ///< relative speed above which friction is Coulomb's in full [m/s]
+};
+
+/// @param bodies if contact.stiffness acts on bodies @param body_friction if a body has friction
+void describe(OptionTable& table, ContactOptions& options, const Condition& bodies, const Condition& body_friction);
 
 /// The drawn surfaces that touch each other, of one object or of several, as one: their particles are numbered in one
 /// sequence as by JoinedLayout, and so are their elements.
@@ -66,6 +86,9 @@ class ContactSurface {
 
 /// Mean undeformed side of a surface's elements [m]. Collective.
 double mean_side(const Surface& surface);
+
+/// Gap below which bodies press on a surface: as given, or else a tenth of the mean side of the mesh [m]. Collective.
+double contact_thickness(const Surface& surface, const ContactOptions& options);
 
 /// Usual contact stiffness of a surface, 20 T/s^2 + 4 m/h^2 [Pa/m]: half a gap of s/10 bears a tension T that is bent
 /// round a side s, and an area that comes into contact is stopped within a step. Collective.

@@ -71,18 +71,11 @@ struct Heap {
       }
     }
   }
-  Triangle corners(int triangle) const {
-    const auto [a, b, c] = triangles[triangle];
-    return {points[a], points[b], points[c]};
-  }
+  Triangle corners(int triangle) const { return corners_of(points, triangles[triangle]); }
   /// The pairs of triangles for which a test holds, ascending. @param reach by which their boxes may be apart [m]
   std::vector<NumberPair> pairs(double reach, const std::function<bool(int, int)>& test) const {
-    std::vector<Bounds> boxes;
-    for (const auto& [a, b, c] : triangles) {
-      boxes.push_back(bounds_of({points[a], points[b], points[c]}, reach));
-    }
     std::vector<NumberPair> found;
-    BoxTree(boxes).visit_pairs([&](int one, int other) {
+    visit_near_pairs(points, triangles, reach, [&](int one, int other) {
       const auto [a, b] = std::minmax(one, other);
       if (test(a, b)) {
         found.push_back({a, b});
@@ -151,14 +144,6 @@ bool triangles_touch(const Triangle& a, const Triangle& b, double touch) {
     }
   }
   return in_one_place == 6;
-}
-
-Bounds bounds_of(const Triangle& triangle, double reach) {
-  Eigen::AlignedBox3d box;
-  for (const Eigen::Vector3d& corner : triangle) {
-    box.extend(corner);
-  }
-  return Bounds({box.min().array() - reach / 2, box.max().array() + reach / 2});
 }
 
 Crossings find_crossings(const std::vector<PlacedSurface>& surfaces, double touch) {

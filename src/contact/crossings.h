@@ -39,8 +39,23 @@ Crossings find_crossings(const std::vector<PlacedSurface>& surfaces, double touc
 /// Whether two triangles touch as find_crossings defines it.
 bool triangles_touch(const Triangle& first, const Triangle& second, double touch);
 
-/// Box round a triangle, which is wider by half of a reach [m].
-Bounds bounds_of(const Triangle& triangle, double reach);
+/// The places of a triangle's points.
+inline Triangle corners_of(const std::vector<Eigen::Vector3d>& points, const std::array<int, 3>& triangle) {
+  return {points[triangle[0]], points[triangle[1]], points[triangle[2]]};
+}
+
+/// Calls `take` with the numbers of every two triangles whose boxes are apart by no more than `reach` [m], once, in any
+/// order.
+template <class Take>
+void visit_near_pairs(const std::vector<Eigen::Vector3d>& points, const std::vector<std::array<int, 3>>& triangles,
+                      double reach, const Take& take) {
+  std::vector<Bounds> boxes;
+  for (const auto& [a, b, c] : triangles) {
+    const Eigen::AlignedBox3d box = Eigen::AlignedBox3d(points[a]).extend(points[b]).extend(points[c]);
+    boxes.emplace_back(Eigen::AlignedBox3d(box.min().array() - reach / 2, box.max().array() + reach / 2));
+  }
+  BoxTree(boxes).visit_pairs(take);
+}
 
 /// Counts the pairs of triangles that cut through each other now and not before. Collective.
 /// @param before the same triangles at other places

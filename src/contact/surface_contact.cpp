@@ -1,19 +1,10 @@
 #include "contact/surface_contact.h"
 
-#include <algorithm>
 #include <iterator>
 
 #include "parallel/collective.h"
 
 namespace pellicle::contact {
-
-namespace {
-
-/// Distance by which a particle may leave its expected way before pairs are sought again, as a fraction of the
-/// thickness.
-constexpr double more_of_thickness = 0.06;
-
-}  // namespace
 
 SurfaceContact::SurfaceContact(const std::vector<ContactSurface::Part>& parts, const ContactOptions& options,
                                bool is_free)
@@ -40,17 +31,12 @@ void SurfaceContact::set_surface(const std::vector<bool>& constrained, const std
 }
 
 void SurfaceContact::Stencil::add(PetscInt particle, double weight) {
-  if (const std::size_t known = find(particle); known < count) {
-    weights[known] += weight;
-    return;
+  const std::size_t place = find(particle);
+  if (place == count) {
+    particles[count] = particle;
+    weights[count++] = 0;
   }
-  particles[count] = particle;
-  weights[count] = weight;
-  ++count;
-}
-
-std::size_t SurfaceContact::Stencil::find(PetscInt particle) const {
-  return std::find(particles.begin(), particles.begin() + count, particle) - particles.begin();
+  weights[place] += weight;
 }
 
 SurfaceContact::Stencil SurfaceContact::stencil(const ContactPair& pair, const std::array<double, 4>& weights) const {
@@ -78,31 +64,32 @@ bool SurfaceContact::counts(const ContactPair& pair) const {
   return lowest >= reach.first && lowest < reach.first + reach.owned;
 }
 
-void SurfaceContact::prepare(const Field& start, const Field& x, double h, Field& begin) {
-  h_ = h;
+/// Begins a step of length h [s] in which particles are to move from `begin`, where nothing has been passed through
+/// since the start, to given places. Collective.
+void SurfaceContact::prepare(const Field& start, const Field& begin, const Field& to, double h) {
   slip_.e = h * options_.slip_speed;
   searches_ = 0;
   any_touched_ = false;
   room_used_ = 0;
   near_.clear();
   start_.values() = start.values();
-  begin.values() = start.values();
-  if (is_free_) {  // by the mean displacement
-    Eigen::Vector3d sum = (x.values() - start.values()).leftCols(surface_.particles().owned).rowwise().sum();
-    sum_over_ranks(surface_.comm(), sum);
-    sum /= static_cast<double>(surface_.particles().global);
-    begin.values().colwise() += sum;
-  }
   rubbing_.clear();
   places_of_rubbing_.clear();
-  search(begin, x);
+  search(begin, to);
   note_rubbing(begin);
 }
 
 void SurfaceContact::start_from(const Field& start, Field& x, double h) {
   const PetscInt owned = surface_.particles().owned;
   Field begin(surface_.particles(), 3);
-  prepare(start, x, h, begin);
+  begin.values() = start.values();
+  if (is_free_) {  // by the mean displacement
+    Eigen::Vector3d sum = (x.values() - start.values()).leftCols(owned).rowwise().sum();
+    sum_over_ranks(surface_.comm(), sum);
+    sum /= static_cast<double>(surface_.particles().global);
+    begin.values().colwise() += sum;
+  }
+  prepare(start, begin, x, h);
   const Eigen::Matrix3Xd whole = (x.values() - begin.values()).leftCols(owned);
   Eigen::Matrix3Xd step = whole;
   limit(begin, StepLimit::each_vertex, step);
@@ -120,6 +107,7 @@ void SurfaceContact::search(const Field& x, const Field& to) {
   if (!is_first) {
     room_used_ = std::max(room_used_, room_used(x));
   }
+  constexpr double more_of_thickness = 0.06;  // by which a particle may leave its way before pairs are sought again
   std::vector<bool> is_new(surface_.particles().local());
   for (PetscInt i = 0; i < surface_.particles().local(); ++i) {
     const Eigen::Array3d displacement = to.vector(i) - x.vector(i);
@@ -153,7 +141,14 @@ void SurfaceContact::search(const Field& x, const Field& to) {
   mesh_.write_points(x, places_);
   any_touched_ = renew_contact_pairs(mesh_, places_, near_) || any_touched_;
   if (is_first && ranks_of(surface_.comm()) > 1) {
-    note_load();
+    load_.assign(surface_.particles().owned, 0);
+    for (const ContactPair& pair : near_) {
+      for (const PetscInt point : {pair.points.front(), pair.points.back()}) {
+        if (const PetscInt particle = *mesh_.particles(point).begin(); particle < surface_.particles().owned) {
+          load_[particle] += 0.5;
+        }
+      }
+    }
   }
   reference_ = places_;
   may_press_ = std::partition(near_.begin(), near_.end(),
@@ -351,7 +346,6 @@ double SurfaceContact::friction_energy() const {
   return sum;
 }
 
-/// Adds the effect of a force between two features on their particles (3 x owned).
 void SurfaceContact::Stencil::spread(const Eigen::Vector3d& force, Eigen::Matrix3Xd& sum) const {
   for (std::size_t k = 0; k < count; ++k) {
     if (particles[k] < sum.cols()) {
@@ -518,64 +512,53 @@ void SurfaceContact::add_curvature(const Contact& contact, LowerBlocks& lower) c
   }
 }
 
-void SurfaceContact::note_load() {
-  load_.assign(surface_.particles().owned, 0);
-  for (const ContactPair& pair : near_) {
-    for (const PetscInt point : {pair.points.front(), pair.points.back()}) {
-      if (const PetscInt particle = *mesh_.particles(point).begin(); particle < surface_.particles().owned) {
-        load_[particle] += 0.5;
-      }
-    }
-  }
-}
-
 std::vector<double> SurfaceContact::load(std::size_t part) const {
   const auto first = load_.begin() + joined().first_owned(part);
   return {first, first + joined().owned(part)};
 }
 
-void SurfaceContact::correct(Field& before, Field& x, const std::vector<double>& mass,
-                             const std::vector<bool>& constrained) {
+void SurfaceContact::push_apart(Field& x) {
+  constexpr int most_sweeps = 100;
+  constexpr int most_tries = 8;
+  constexpr double enough = 0.9;  // of the thickness
   const PetscInt owned = surface_.particles().owned;
-  const auto go = [&] {  // from `before` to x, or as far as there is clearance
-    const Eigen::Matrix3Xd target = x.values().leftCols(owned);
-    constexpr int most = 8;
-    for (int n = 0; n < most; ++n) {
-      Eigen::Matrix3Xd step = target - before.values().leftCols(owned);
-      const bool is_short = limit(before, StepLimit::each_vertex, step);
-      before.values().leftCols(owned) += step;
-      before.update_ghosts();
-      if (!is_short) {
-        break;
+  for (int sweep = 0; sweep < most_sweeps; ++sweep) {
+    prepare(x, x, x, 1);
+    if (figures(x).smallest_gap >= enough * thickness()) {
+      return;
+    }
+    Field mobility(mesh_.reach(), 1);  // 0 of what is constrained, otherwise 1
+    for (PetscInt i = 0; i < owned; ++i) {
+      mobility.data()[i] = constrained_[i] ? 0 : 1;
+    }
+    mobility.update_ghosts();
+    Eigen::Matrix4Xd pushes = Eigen::Matrix4Xd::Zero(4, owned);  // sums, and how many
+    for (const Contact& contact : pressing(x)) {
+      const auto& [pair, whole, gap, normal] = contact;
+      double compliance = 1 / pair->barrier.stiffness;
+      for (std::size_t k = 0; k < whole.count; ++k) {
+        compliance += whole.weights[k] * whole.weights[k] * mobility.data()[whole.particles[k]];
+      }
+      const double push = (pair->barrier.thickness - gap) / compliance;
+      for (std::size_t k = 0; k < whole.count; ++k) {
+        if (const PetscInt i = whole.particles[k]; i < owned) {
+          pushes.col(i).head<3>() += push * whole.weights[k] * mobility.data()[i] * normal;
+          pushes(3, i) += 1;
+        }
       }
     }
-    x.values() = before.values();
-  };
-  go();
-  Field mobility(mesh_.reach(), 1);  // 1/m, 0 of what is constrained
-  for (PetscInt i = 0; i < owned; ++i) {
-    mobility.data()[i] = constrained[i] || mass[i] == 0 ? 0 : 1 / mass[i];
-  }
-  mobility.update_ghosts();
-  Eigen::Matrix4Xd pushes = Eigen::Matrix4Xd::Zero(4, owned);  // sums, and how many
-  for (const Contact& contact : pressing(x)) {
-    const auto& [pair, whole, gap, normal] = contact;
-    double compliance = 1 / (pair->barrier.stiffness * h_ * h_);
-    for (std::size_t k = 0; k < whole.count; ++k) {
-      compliance += whole.weights[k] * whole.weights[k] * mobility.data()[whole.particles[k]];
+    Eigen::Matrix3Xd target = x.values().leftCols(owned);
+    for (PetscInt i = 0; i < owned; ++i) {
+      target.col(i) += pushes.col(i).head<3>() / std::max(pushes(3, i), 1.0);
     }
-    const double push = (pair->barrier.thickness - gap) / compliance;
-    for (std::size_t k = 0; k < whole.count; ++k) {
-      if (const PetscInt i = whole.particles[k]; i < owned) {
-        pushes.col(i).head<3>() += push * whole.weights[k] * mobility.data()[i] * normal;
-        pushes(3, i) += 1;
-      }
+    bool is_short = true;
+    for (int n = 0; is_short && n < most_tries; ++n) {
+      Eigen::Matrix3Xd step = target - x.values().leftCols(owned);
+      is_short = limit(x, StepLimit::each_vertex, step);
+      x.values().leftCols(owned) += step;
+      x.update_ghosts();
     }
   }
-  for (PetscInt i = 0; i < owned; ++i) {
-    x.vector(i) += pushes.col(i).head<3>() / std::max(pushes(3, i), 1.0);
-  }
-  go();
 }
 
 ContactFigures SurfaceContact::figures(const Field& x) const {

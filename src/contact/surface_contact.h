@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -7,7 +8,6 @@
 #include <vector>
 
 #include "contact/contact_laws.h"
-#include "contact/contact_options.h"
 #include "contact/contact_pairs.h"
 #include "contact/contact_surface.h"
 #include "energies/potential.h"
@@ -20,8 +20,7 @@ struct ContactFigures {
   double smallest_gap = 0;  ///< of the contacts; the thickness if there are none [m]
   double energy = 0;        ///< of the barriers [J]
   int searches = 0;         ///< searches for pairs in the last step
-  double room_used =
-      0;  ///< largest fraction of the clearance between two features that was used, in the last step, up to 1
+  double room_used = 0;     ///< in the last step: largest fraction of two features' clearance, at most 1
 };
 
 /// Work that contact does on a part in a step.
@@ -76,16 +75,11 @@ class SurfaceContact : public Potential {
   void set_psd_blend(double fraction) override { psd_blend_ = fraction; }
   void add_hessian(const HessianBlocks& blocks) const override;
 
-  /// Searches for the pairs that `correct` moves apart.
-  /// @param x intended positions @param begin set to the start, moved as a whole, so that nothing is passed through
-  void prepare(const Field& start, const Field& x, double h, Field& begin);
-  /// Moves particles towards the intended positions as far as there is clearance, and pushes features apart whose gaps
-  /// are less than their thickness, as compliant constraints of stiffness 4 k (one sweep, all pairs at once).
-  /// Collective.
-  /// @param before positions after the last call, at first `begin`, ghosts up to date; set to the new positions
-  /// @param x intended positions, set to the new ones, ghosts up to date @param mass of the local particles [kg]
-  /// @param constrained local particles that stay where they are
-  void correct(Field& before, Field& x, const std::vector<double>& mass, const std::vector<bool>& constrained);
+  /// Moves features apart, each sweep as far as there is clearance, until the nearest are at nine tenths of the gap at
+  /// which they begin to press, or 100 sweeps are over. In a sweep gaps that are less than their thickness are
+  /// compliant constraints of stiffness 4 k between particles of the mass 1, all at once. Collective.
+  /// @param x positions, ghosts up to date before and after; constrained particles stay
+  void push_apart(Field& x);
 
   /// Figures of contact at the end of a step. Collective.
   ContactFigures figures(const Field& x) const;
@@ -109,7 +103,11 @@ class SurfaceContact : public Potential {
     std::array<double, 16> weights;      ///< none of them 0
     std::size_t count = 0;
     void add(PetscInt particle, double weight);
-    std::size_t find(PetscInt particle) const;
+    /// The place of a particle, or `count`.
+    std::size_t find(PetscInt particle) const {
+      return std::find(particles.begin(), particles.begin() + count, particle) - particles.begin();
+    }
+    /// Adds the effect of a force between two features on their particles (3 x owned).
     void spread(const Eigen::Vector3d& force, Eigen::Matrix3Xd& sum) const;
   };
   /// A pair that presses.
@@ -130,8 +128,8 @@ class SurfaceContact : public Potential {
     SlipTangent tangent{};
   };
 
+  void prepare(const Field& start, const Field& begin, const Field& to, double h);
   void search(const Field& x, const Field& to);
-  void note_load();
   bool leaves_room(const Field& x) const;
   double room_used(const Field& x) const;
   void shorten(const std::vector<double>& shares, Eigen::Ref<Eigen::Matrix3Xd> step);
@@ -187,7 +185,6 @@ class SurfaceContact : public Potential {
   std::unordered_map<std::uint64_t, std::size_t> number_;  ///< in pattern_, by the global numbers of i < j
   std::size_t told_ = 0;                                   ///< size of the pattern when it last got a version
   PetscInt version_ = 0;
-  double h_ = 0;     ///< [s]
   SmoothSlip slip_;  ///< of the step
 };
 

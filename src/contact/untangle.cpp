@@ -11,7 +11,6 @@
 #include "base/disjoint_sets.h"
 #include "base/sorting.h"
 #include "contact/crossings.h"
-#include "geometry/box_tree.h"
 #include "geometry/triangle_intersection.h"
 
 namespace pellicle::contact {
@@ -149,13 +148,6 @@ class Edges {
   /// Edges and the triangles that they cut through.
   std::vector<std::pair<int, int>> find_cuts(const std::vector<std::array<int, 3>>& triangles,
                                              const std::vector<Eigen::Vector3d>& places) const {
-    const auto corners = [&places](const std::array<int, 3>& t) {
-      return Triangle{places[t[0]], places[t[1]], places[t[2]]};
-    };
-    std::vector<Bounds> boxes;
-    for (const std::array<int, 3>& triangle : triangles) {
-      boxes.push_back(bounds_of(corners(triangle), 0));
-    }
     std::vector<std::pair<int, int>> found;
     const auto add = [&](int one, int other) {
       const std::array<int, 3>& t = triangles[other];
@@ -165,12 +157,12 @@ class Edges {
         }
         const std::array<int, 2>& ends = edge(e).ends;
         if (std::find_first_of(t.begin(), t.end(), ends.begin(), ends.end()) == t.end() &&
-            segment_cuts_triangle(places[ends[0]], places[ends[1]], corners(t))) {
+            segment_cuts_triangle(places[ends[0]], places[ends[1]], corners_of(places, t))) {
           found.emplace_back(e, other);
         }
       }
     };
-    BoxTree(boxes).visit_pairs([&add](int a, int b) {
+    visit_near_pairs(places, triangles, 0, [&add](int a, int b) {
       add(a, b);
       add(b, a);
     });
@@ -187,21 +179,16 @@ class Edges {
 /// Moves triangles that touch apart. @param distance by which each of them moves [m] @returns whether there are any
 bool part_touching(TangledMesh& mesh, double distance) {
   const std::vector<Eigen::Vector3d> places = mesh.points();
-  std::vector<Triangle> corners;
-  std::vector<Bounds> boxes;
-  for (const auto& [a, b, c] : mesh.triangles) {
-    corners.push_back({places[a], places[b], places[c]});
-    boxes.push_back(bounds_of(corners.back(), mesh.touch));
-  }
   Moves moves(mesh.particles.size(), Eigen::Vector4d::Zero());
   bool any = false;
-  BoxTree(boxes).visit_pairs([&](int one, int other) {
-    const auto [a, b] = std::minmax({static_cast<std::size_t>(one), static_cast<std::size_t>(other)});  // by value
-    if (!triangles_touch(corners[a], corners[b], mesh.touch)) {
+  visit_near_pairs(places, mesh.triangles, mesh.touch, [&](int one, int other) {
+    const auto [a, b] = std::minmax({one, other});  // by value
+    const Triangle corners = corners_of(places, mesh.triangles[a]);
+    if (!triangles_touch(corners, corners_of(places, mesh.triangles[b]), mesh.touch)) {
       return;
     }
     any = true;
-    const Eigen::Vector3d normal = (corners[a][1] - corners[a][0]).cross(corners[a][2] - corners[a][0]).normalized();
+    const Eigen::Vector3d normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalized();
     for (const auto& [triangle, sign] : {std::pair(a, -1.0), std::pair(b, 1.0)}) {
       for (const int point : mesh.triangles[triangle]) {
         add_move(mesh, point, sign * normal, moves);

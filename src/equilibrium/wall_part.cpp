@@ -142,7 +142,7 @@ StepWork WallPart::work(const Field& end, const Field& start_velocity, const Eig
 
 void WallPart::begin_step(const Field& position, const StepStart& start) {
   set_step(position, start, integrator_.fraction());
-  const Projectors& projectors = model_.constraints.projectors();
+  const Projectors& projectors = model_.constraints.projectors;
   const auto start_from = [&](double fraction) {
     for (PetscInt i = 0; i < position_.values().cols(); ++i) {
       position_.vector(i) = start_.vector(i) + fraction * (projectors[i] * integrator_.predicted(h_, start.motion(i)));
@@ -183,7 +183,7 @@ void WallPart::stop_at_contact() {
   }
   for (PetscInt i = 0; i < before.cols(); ++i) {  // As far as vertices may go there.
     const Eigen::Vector3d moved = position_.vector(i) - before.col(i);
-    position_.vector(i) = before.col(i) + model_.constraints.projectors()[i] * moved;
+    position_.vector(i) = before.col(i) + model_.constraints.projectors[i] * moved;
   }
 }
 

@@ -102,7 +102,7 @@ class WallPart : public PartOfPotentials {
   double rate() const { return integrator_.rate(h_); }
   Eigen::Vector3d y_v(PetscInt i) const { return y_v_.col(i); }
 
-  const Projectors& projectors() const override { return model_.constraints.projectors(); }
+  const Projectors& projectors() const override { return model_.constraints.projectors; }
   const Field& start() const override { return start_; }
   bool leaves_held_behind() override;
   bool inverts() const override { return true; }

@@ -54,9 +54,6 @@ void Conduction::create_assembled() {
   // Each rank writes the rows of its own particles: their diagonal, then what lies beside it, pair by pair.
   std::vector<PetscInt> rows;
   std::vector<PetscInt> columns;
-  const std::size_t most = static_cast<std::size_t>(particles.owned) + 2 * graph_.pairs.size();
-  rows.reserve(most);
-  columns.reserve(most);
   for (PetscInt i = 0; i < particles.owned; ++i) {
     rows.push_back(particles.to_global(i));
     columns.push_back(particles.to_global(i));

@@ -90,7 +90,6 @@ void set_cotangent(DiffusionGraph& graph, const Surface& surface, const std::vec
                    const Field& positions, const Field& mass, const ActiveSet& active) {
   graph.weights.assign(graph.pairs.size(), 0);
   const auto mass_ratio = [&](PetscInt i) { return mass.data()[i] / surface.initial_mass[i]; };
-  const auto alpha = [&](PetscInt i) { return diffusivity[i]; };
   const std::array<double, 3> fraction = surface.point_shares();
   const std::size_t per_element = surface.triangles_per_element;
   const std::size_t pairs_each = pairs_of_element(surface);
@@ -122,7 +121,7 @@ void set_cotangent(DiffusionGraph& graph, const Surface& surface, const std::vec
       const auto [xa, xb, xc] = present(triangle);
       const auto [a, b, c] = triangle;
       const std::array<std::size_t, 3> side = sides_of(surface, k);
-      const double factor = density * (alpha(a) + alpha(b) + alpha(c)) / 3 / (4 * area[k]);
+      const double factor = density * (diffusivity[a] + diffusivity[b] + diffusivity[c]) / 3 / (4 * area[k]);
       weight[side[0]] -= factor * (xc - xb).dot(xa - xc);
       weight[side[1]] -= factor * (xc - xb).dot(xb - xa);
       weight[side[2]] -= factor * (xa - xc).dot(xb - xa);

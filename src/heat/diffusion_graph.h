@@ -48,10 +48,7 @@ std::vector<std::array<PetscInt, 2>> cotangent_pairs(const Surface& surface);
 /// fraction of a half of a quad's mass that the lattice particle has makes every row exact on a square grid. alpha is
 /// the mean of the triangle's particles; areas are not taken below 1e-3 of the initial ones. Dead triangles do not
 /// conduct.
-/// @param diffusivity alpha of the local particles [m^2/s]
-/// @param positions [m], ghosts up to date, (3 x local)
-/// @param mass [kg], ghosts up to date, (1 x local); the capacity
-/// @param active triangles that have not burnt, ghosts up to date
+/// @param diffusivity, positions, active as of set_umbrella @param mass [kg], ghosts up to date, (1 x local)
 void set_cotangent(DiffusionGraph& graph, const Surface& surface, const std::vector<double>& diffusivity,
                    const Field& positions, const Field& mass, const ActiveSet& active);
 

@@ -17,6 +17,34 @@ double heat_content(const Surface& surface, const Field& mass, const Field& temp
   return static_cast<double>(capacity * sum);
 }
 
+double apply_heat_source(Field& temperature, const HeatSource& source, const HeatSourceInput& input) {
+  if (input.time < source.start_time || (source.end_time && input.time >= *source.end_time)) {
+    return 0;
+  }
+  const Eigen::Vector3d centre = source.centre_at(input.time);
+  const auto fraction = [&](PetscInt i) {
+    if (source.shape == SourceShape::texture) {
+      return -std::expm1(-source.rate * input.texture[i] * input.time_step);
+    }
+    const Eigen::Vector3d offset = input.positions.vector(i) - centre;
+    const double squared = offset.squaredNorm() / (source.radius * source.radius);
+    return squared < 1 ? -std::expm1(-source.rate * input.time_step) * (1 - squared) * (1 - squared) : 0;
+  };
+  double heat = 0;
+  for (PetscInt i = 0; i < input.surface.particles.local(); ++i) {
+    if (input.mass.data()[i] == 0) {
+      continue;
+    }
+    double& value = temperature.data()[i];
+    const double before = value;
+    value += fraction(i) * std::max(source.temperature - value, 0.0);
+    if (i < input.surface.particles.owned) {
+      heat += input.mass.data()[i] * input.capacity * (value - before);
+    }
+  }
+  return heat;
+}
+
 double release_burning_heat(Field& temperature, const Surface& surface, const Field& mass_change, const Field& mass,
                             const HeatOptions& options) {
   double heat = 0;

@@ -11,6 +11,23 @@ namespace pellicle::heat {
 /// collective: the caller sums over the ranks.
 double heat_content(const Surface& surface, const Field& mass, const Field& temperature, double capacity);
 
+/// Data of a step for heat sources, with ghosts up to date.
+struct HeatSourceInput {
+  const Surface& surface;
+  const Field& positions;              ///< at the start of the step [m]
+  const Field& mass;                   ///< [kg]
+  const std::vector<double>& texture;  ///< value in [0, 1] at each local particle, of a texture
+  double time = 0;                     ///< start of the step [s]
+  double time_step = 0;                ///< h [s]
+  double capacity = 0;                 ///< c [J/(kg K)]
+};
+
+/// One step of exchange with an active source, T^ext of eq. 1: T += f max(T_source - T, 0). The fraction f of a ball is
+/// (1 - exp(-rate h)) (1 - (r/R)^2)^2 at distance r < R of its centre at the start of the step; that of a texture with
+/// value v is 1 - exp(-rate v h). Particles of mass 0 have been removed. Not collective: ghosts are heated alike.
+/// @returns the heat added to the owned particles [J].
+double apply_heat_source(Field& temperature, const HeatSource& source, const HeatSourceInput& input);
+
 /// Heat released by burning (burning paper, eq. 1 with the sign corrected): T -= eta dm / m^init, where dm <= 0 is the
 /// mass change of the step before; particles of mass 0 have been removed. Not collective: ghosts are heated alike.
 /// @returns the heat added to the owned particles [J].

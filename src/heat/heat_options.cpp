@@ -1,8 +1,46 @@
 #include "heat/heat_options.h"
 
-#include "options/options.h"
+#include "base/error.h"
+#include "base/units.h"
+#include "geometry/key_points.h"
 
 namespace pellicle::heat {
+
+Eigen::Vector3d HeatSource::centre_at(double time) const {
+  return path.empty() ? Eigen::Vector3d(centre + time * velocity) : place_on_key_points(path, time);
+}
+
+void describe(OptionTable& table, HeatSource& source) {
+  table.add("shape", source.shape, "a moving hot ball, or an image on the surface", "burning paper, section 5");
+  table.add("temperature", source.temperature, Rules("K").more_than(0), "temperature of the source");
+  table.add("rate", source.rate, Rules("1/s").at_least(0), "how fast the surface takes on the source's temperature",
+            "docs/theory.md: parameters");
+  table.add("start_time", source.start_time, Rules("s"), "when the source begins to heat");
+  table.add("end_time", source.end_time, Rules("s"), "when the source stops heating; never unless given");
+  const Condition ball = one_of("shape", source.shape, {SourceShape::ball});
+  const Condition without_path{"no path", [&source] { return source.path.empty(); }};
+  table.add("radius", source.radius, Rules("m").more_than(0).acts_with(ball), "radius of a ball",
+            "docs/theory.md: parameters");
+  table.add("centre", source.centre, Rules("m").acts_with(ball).acts_with(without_path), "centre of a ball at time 0");
+  table.add("velocity", source.velocity, Rules("m/s").acts_with(ball).acts_with(without_path), "velocity of a ball");
+  table.add("path", source.path, Rules("s,m,m,m").length(4).acts_with(ball),
+            "key points of a ball (time, x, y, z), which replace centre and velocity; linear between key points, at "
+            "rest before and after them");
+  table.add("file", source.file, Rules().file().acts_with(one_of("shape", source.shape, {SourceShape::texture})),
+            "image of a texture: white takes the whole rate, black none");
+}
+
+void validate(const std::string& name, const HeatSource& source) {
+  const std::string key = "heat.sources." + name;
+  if (source.shape == SourceShape::texture && source.file.empty()) {
+    throw Error(key + ".file: a source of shape texture needs an image");
+  }
+  if (source.end_time && !(*source.end_time > source.start_time)) {
+    throw Error(key + ".end_time: " + number_text(*source.end_time) + " s, expected later than start_time, " +
+                number_text(source.start_time) + " s");
+  }
+  refuse_fault(key + ".path: ", fault_of_key_points(source.path));
+}
 
 void describe(OptionTable& table, HeatOptions& options) {
   table.add("heat.initial_temperature", options.initial_temperature, Rules("K").more_than(0),

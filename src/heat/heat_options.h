@@ -1,13 +1,42 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "heat/heat_source.h"
-#include "options/choice.h"
+#include "options/options.h"
 
 namespace pellicle::heat {
+
+/// ball: what is near a moving centre, which is drawn as a sphere; texture: an image on the surface.
+enum class SourceShape { ball, texture };
+inline std::vector<std::string> names_of(SourceShape) { return {"ball", "texture"}; }
+
+/// One external heat source: a moving hot ball or a heat texture (burning paper, section 5).
+struct HeatSource {
+  Choice<SourceShape> shape = SourceShape::ball;
+  double temperature = 1000;                           ///< [K]
+  double rate = 20;                                    ///< of the exchange [1/s]
+  double start_time = 0;                               ///< at which it begins to heat [s]
+  std::optional<double> end_time;                      ///< at which it heats no more; none: never ends [s]
+  double radius = 0.2;                                 ///< of a ball [m]
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();    ///< of a ball at time 0 [m]
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< of a ball [m/s]
+  Rows path;         ///< key points time, x, y, z of a ball; replaces centre and velocity
+  std::string file;  ///< image of a texture; white takes the whole rate, black none
+
+  /// Centre of a ball: linear between the key points, at rest before the first and after the last one.
+  Eigen::Vector3d centre_at(double time) const;
+};
+
+/// Declares the options of one source.
+void describe(OptionTable& table, HeatSource& source);
+
+/// Checks the options of a source. @throws Error that names the source, if a texture has no file, or a path whose times
+/// do not increase
+void validate(const std::string& name, const HeatSource& source);
 
 /// Discrete Laplacian of the conduction. umbrella: eq. 3 as printed.
 enum class HeatOperator { consistent, umbrella };

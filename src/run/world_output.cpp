@@ -26,7 +26,7 @@ std::vector<BodyDrawing> drawings_of_bodies(MPI_Comm comm, const std::deque<Name
   }
   for (const NamedOptions& object : objects) {
     for (const auto& [name, source] : object.options.heat.sources) {
-      if (!shape_of(source).has_centre) {
+      if (source.shape != SourceShape::ball) {
         continue;
       }
       RigidMotion motion;

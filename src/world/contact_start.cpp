@@ -156,35 +156,20 @@ void carry_lattice(const std::vector<CrackedSurface>& surfaces, const std::vecto
   }
 }
 
-/// Moves surfaces apart by contact's own constraints, until the nearest are at nine tenths of where they begin to
-/// press. Collective.
+/// Moves surfaces apart by contact's own constraints. Collective.
 void push_apart(const ContactOptions& options, const std::vector<CrackedSurface>& surfaces) {
-  constexpr int most = 100;
-  constexpr double enough = 0.9;
   std::vector<ContactSurface::Part> parts;
   for (const CrackedSurface& surface : surfaces) {
     parts.push_back(surface.part);
   }
   SurfaceContact contact(parts, options, false);
   const JoinedLayout& joined = contact.joined();
-  const auto particles = static_cast<std::size_t>(joined.layout().local());
-  std::vector<bool> constrained(particles);
   Field x(joined.layout(), 3);
-  Field before(joined.layout(), 3);
   for (std::size_t p = 0; p < surfaces.size(); ++p) {
     contact.set_surface(surfaces[p].constrained, surfaces[p].active, p);
     joined.put(p, surfaces[p].position, x);
-    for (PetscInt i = 0; i < surfaces[p].part.surface->particles.local(); ++i) {
-      constrained[joined.local(p, i)] = surfaces[p].constrained[i];
-    }
   }
-  for (int n = 0; n < most; ++n) {
-    contact.prepare(x, x, 1, before);
-    if (contact.figures(x).smallest_gap >= enough * contact.thickness()) {
-      break;
-    }
-    contact.correct(before, x, std::vector<double>(particles, 1), constrained);
-  }
+  contact.push_apart(x);
   for (std::size_t p = 0; p < surfaces.size(); ++p) {
     joined.take(p, x, surfaces[p].position);
     surfaces[p].position.update_ghosts();
@@ -241,16 +226,11 @@ std::string settle_start(const ContactOptions& options, const std::vector<Object
 void refuse_start_in_bodies(Object& object) {
   const std::vector<Body>& bodies = object.motion().bodies();
   const Surface& surface = object.surface();
-  const double least = BodyContact::tolerance * object.motion().contact_part().thickness_or_usual();
+  const double least = BodySweep::tolerance * object.motion().contact_part().thickness_or_usual();
   const State& state = object.state();
   const std::vector<bool> constrained = object.motion().constrained();
-  std::string inside = particles_inside(bodies, state.time, surface.particles, state.position, constrained, least);
-  if (inside.empty()) {
-    inside = triangles_inside(bodies, state.time, surface, state.position, constrained, least);
-  }
-  if (!inside.empty()) {
-    throw Error(inside);
-  }
+  refuse_fault("", particles_inside(bodies, state.time, surface.particles, state.position, constrained, least));
+  refuse_fault("", triangles_inside(bodies, state.time, surface, state.position, constrained, least));
 }
 
 }  // namespace pellicle::world

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "contact/contact_options.h"
+#include "contact/contact_surface.h"
 #include "world/object.h"
 
 namespace pellicle::world {

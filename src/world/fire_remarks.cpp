@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "combustion/fire_front.h"
+#include "combustion/combustion.h"
 #include "io/console.h"
 
 namespace pellicle::world {
@@ -39,8 +39,7 @@ std::vector<std::string> front_remarks(const Options& options, double mean_side)
   const FrontInput input{options.heat.diffusivity, options.heat.burning_heat, options.heat.initial_temperature,
                          options.ablation.loss_mass};
   const std::optional<FireFront> front = fire_front(input, options.combustion);
-  if (!is_heated_beyond(options.combustion.ignition_temperature, options) || !front ||
-      heat_over_ignition(input, options.combustion) < least_heat) {
+  if (!is_heated_beyond(options.combustion.ignition_temperature, options) || !front || front->heat < least_heat) {
     return {};
   }
   constexpr double least_cells = 2;

@@ -10,11 +10,9 @@
 #include "ablation/cut_surface.h"
 #include "base/units.h"
 #include "combustion/combustion.h"
-#include "contact/body_contact.h"
 #include "contact/body_heat.h"
 #include "contact/contact_surface.h"
 #include "heat/heat_balance.h"
-#include "heat/heat_source.h"
 #include "parallel/collective.h"
 #include "world/fire_remarks.h"
 

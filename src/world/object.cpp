@@ -6,7 +6,7 @@
 #include <utility>
 #include <variant>
 
-#include "contact/body_contact.h"
+#include "contact/contact_surface.h"
 #include "contact/crossings.h"
 #include "parallel/collective.h"
 #include "surface/split_corners.h"

@@ -73,7 +73,7 @@ class ProjectedMotion : public SheetMotion {
   void choose_pressures() override;
   StageResult move(bool& is_done) override;
   std::string start_fault() const override {
-    return body_contact_ != nullptr ? body_contact_->start_fault() : bodies_.start_fault();
+    return (body_contact_ != nullptr ? body_contact_->sweep() : bodies_.sweep()).start_fault();
   }
   const std::vector<Eigen::Matrix3d>& stress() override {
     return spring_stress_->find(state_.burning->active, force_, state_.position);
@@ -88,7 +88,7 @@ class ProjectedMotion : public SheetMotion {
   Eigen::Matrix3Xd gas_forces() override;
   void add_spring_forces(Eigen::Matrix3Xd& sum) override;
   void leave_bodies(Step& step) override;
-  std::string body_fault(const Step& step) const override { return bodies_.fault(step.loads); }
+  std::string body_fault(const Step& step) const override { return bodies_.sweep().fault(step.loads); }
 
  private:
   bool waits_for_gas() const;

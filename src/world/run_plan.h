@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "base/error.h"
-#include "contact/contact_options.h"
+#include "contact/contact_surface.h"
 #include "energies/newton_options.h"
 #include "world/options.h"
 

@@ -229,7 +229,7 @@ StageResult SheetMotion::take_positions(const StepPart& part, Step& step) {
   state_.position.values() = part.position().values();
   if (body_contact_ != nullptr) {
     step.contacts = body_contact_->contacts(state_.position);
-    result.reason = body_contact_->fault(state_.position);
+    result.reason = body_contact_->sweep().fault(body_contact_->loads(state_.position));
   }
   keep_what_has_left();
   if (const std::optional<double> limit = options_.project.strain_limit; limit && result.reason.empty()) {

@@ -44,7 +44,9 @@ class SpringMotion : public SheetMotion {
   void update_derived() override;
   void report(Report& report, const Step& step) const override;
 
-  std::string start_fault() const override { return body_contact_ != nullptr ? body_contact_->start_fault() : ""; }
+  std::string start_fault() const override {
+    return body_contact_ != nullptr ? body_contact_->sweep().start_fault() : "";
+  }
   std::string passed_limit() const override;
   const std::vector<Eigen::Matrix3d>& stress() override;
   const std::vector<Body>& bodies() const override;

@@ -74,8 +74,8 @@ class WallChain : public Chain {
     const Membrane& membrane = membrane_of(surface);
     const Pins pins(membrane, options_.pins);
     const Constraints constraints(membrane, options_.symmetry, pins);
-    const Projectors& projectors = constraints.projectors();
-    const Chambers chambers(membrane, options_.gas, options_.chambers, constraints.origin(), constraints.planes(),
+    const Projectors& projectors = constraints.projectors;
+    const Chambers chambers(membrane, options_.gas, options_.chambers, constraints.origin, constraints.planes,
                             projectors);
     auto state = std::make_unique<State>(surface, options_, chambers.count());
     const Eigen::Matrix3Xd noise = perturbed_positions(membrane, options_.sheet) - membrane.rest;
@@ -103,8 +103,8 @@ class WallChain : public Chain {
       stages.add<CombustionStage>(surface, options_, state, clock, textures);
       stages.add<AblationStage>(surface, options_, state, clock);
     }
-    stages.gas = &stages.add<GasStage>(surface, options_, state, integrator_of(options_.time), constraints.origin(),
-                                       constraints.planes());
+    stages.gas = &stages.add<GasStage>(surface, options_, state, integrator_of(options_.time), constraints.origin,
+                                       constraints.planes);
     stages.motion =
         &stages.add<WallMotion>(membrane, options_, state, clock, textures, std::move(constraints), *stages.gas);
     if (state.burning) {

@@ -74,7 +74,7 @@ WallMotion::WallMotion(const Membrane& membrane, const Options& options, State& 
       return PointPotential{-force.dot(x - start_.vector(i)), -force};
     });
   }
-  const Projectors& projectors = constraints_.projectors();
+  const Projectors& projectors = constraints_.projectors;
   if (options.wall.bends()) {
     bending_.emplace(elements_, projectors, pins_.clamped());
   }
@@ -83,7 +83,7 @@ WallMotion::WallMotion(const Membrane& membrane, const Options& options, State& 
   const std::vector<Potential*> others =
       present({bending_ ? &*bending_ : nullptr, hold_.get(), drag_.get(), buoyancy_.get()});
   wall_part_.emplace(WallModel{elements_, constraints_, pins_, loads_, mass_, options.force.gravity, others,
-                               bodies_.empty() ? nullptr : &bodies_},
+                               bodies_.bodies().empty() ? nullptr : &bodies_},
                      options.prism, integrator_);
   set_part(
       *wall_part_, mass_, [this](double time) { wall_part_->set_time(time); },
@@ -101,7 +101,7 @@ WallMotion::WallMotion(const Membrane& membrane, const Options& options, State& 
 }
 
 std::vector<bool> WallMotion::constrained() const {
-  const Projectors& projectors = constraints_.projectors();
+  const Projectors& projectors = constraints_.projectors;
   std::vector<bool> constrained(projectors.size(), false);
   for (const PetscInt i : projectors.bound()) {
     constrained[i] = true;
@@ -156,7 +156,7 @@ void WallMotion::begin_acceleration() {
   Eigen::Matrix3Xd force = wall_part_->forces_at(state_.position, start_of_step());
   if (filled_) {
     Eigen::Matrix3Xd of_gas = gas_forces_at_start();
-    constraints_.projectors().apply(of_gas);
+    constraints_.projectors.apply(of_gas);
     force += of_gas;
   }
   for (PetscInt i = 0; i < membrane_.particles.owned; ++i) {
@@ -174,8 +174,8 @@ StageResult WallMotion::take_balance(Step& step) {
     state_.pressure(filled_->prescribed()) = filled_->multiplier();
   }
   if (fault.empty()) {
-    fault = bodies_.fault(part_->position());
     step.loads = bodies_.loads(part_->position());
+    fault = bodies_.sweep().fault(step.loads);
   }
   if (const StageResult failed = result_of(std::move(fault)); !failed.converged) {
     return failed;

@@ -39,7 +39,7 @@ class WallMotion : public SurfaceMotion {
   std::vector<std::string> remarks() const override;
 
   std::string stage() const override { return "implicit step"; }
-  std::string start_fault() const override { return bodies_.start_fault(); }
+  std::string start_fault() const override { return bodies_.sweep().start_fault(); }
   ContactSurface::Part contact_part() const override {
     return {&membrane_, options_.contact.thickness, options_.contact.stiffness.value_or(usual_stiffness_)};
   }

@@ -1,8 +1,8 @@
-#include "combustion/fire_front.h"
-
 #include <gtest/gtest.h>
 
 #include <tuple>
+
+#include "combustion/combustion.h"
 
 namespace pellicle {
 namespace {

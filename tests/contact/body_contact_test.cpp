@@ -193,7 +193,7 @@ TEST_F(BodyContactTest, NothingPassesThroughAThinBody) {
   MPI_Allreduce(MPI_IN_PLACE, &lowest, 1, MPI_DOUBLE, MPI_MIN, PETSC_COMM_WORLD);
   EXPECT_EQ(lowest, -1) << "what does not meet the wire goes all the way";
   // The ends of the wire's axis are still below the sheet: each on the side where it was.
-  EXPECT_EQ(potential.fault(x), "");
+  EXPECT_EQ(potential.sweep().fault(potential.loads(x)), "");
   for (std::size_t t = 0; t < sheet.triangles.size(); ++t) {
     const auto corners = DrawnPlaces(sheet, x.data(), t / 4)(sheet.triangles[t]);
     const auto over = corners[0].head<2>();

@@ -153,7 +153,7 @@ struct SpringBalloon {
         elements(membrane, wall),
         pins(membrane, {{"top", top()}}),
         constraints(membrane, {}, pins),
-        chambers(membrane, {}, {{"air", air()}}, constraints.origin(), {}, constraints.projectors()),
+        chambers(membrane, {}, {{"air", air()}}, constraints.origin, {}, constraints.projectors),
         loads(membrane, std::vector<double>(membrane.persistent_id.size(), 0.0), {}, {}),
         springs(membrane),
         x(membrane.particles, 3),
@@ -244,7 +244,7 @@ TEST(Potential, HessianIsTheDerivativeOfTheGradientWhateverTheMatrixAndThePairs)
     balloon.options.positive_elements = false;
     WallPotential wall(balloon.elements, balloon.options);
     const std::vector<Potential*> potentials{&wall, &balloon.springs};
-    const auto& projectors = balloon.constraints.projectors();
+    const auto& projectors = balloon.constraints.projectors;
     Tangent tangent(balloon.membrane.particles, potentials, projectors, Choice<TangentMatrix>(type), "prism_");
     const Mat matrix = tangent.matrix();
     const PetscInt owned = balloon.membrane.particles.owned;

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "heat/heat_source.h"
 #include "tests/heat/sheets.h"
 
 namespace pellicle {

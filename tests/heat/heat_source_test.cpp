@@ -1,5 +1,3 @@
-#include "heat/heat_source.h"
-
 #include <gtest/gtest.h>
 
 #include "base/error.h"
