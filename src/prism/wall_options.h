@@ -71,8 +71,7 @@ struct WallOptions {
   std::optional<double> reference_temperature;
   Choice<Wrinkling> wrinkling = Wrinkling::none;
   double slack_tension = 1e-5;  ///< of tension_field: Material::tension as a fraction of the shear modulus
-  MaterialOptions<Material::Law, double> material{
-      Material::law_named("neo_hookean"), 4e5, 0, 2e5, 2e4, {6.3e5, 1.2e3, -1e4}, {1.3, 5, -2}};
+  MaterialOptions<Material::Law, double> material{"neo_hookean", 4e5, 0, 2e5, 2e4, {6.3e5, 1.2e3, -1e4}, {1.3, 5, -2}};
   std::map<std::string, RegionOptions> regions;
 
   bool has_tension_field() const { return wrinkling == Wrinkling::tension_field; }
