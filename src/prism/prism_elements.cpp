@@ -43,21 +43,19 @@ PrismElements::PrismElements(const Membrane& membrane, const Wall& wall) : membr
 
 MetricEnergy PrismElements::element_energy(std::size_t element, const Field& positions, double thickness_ratio,
                                            Derivatives order) const {
-  const auto [e12, e13] = edges_of(positions.data(), membrane_->triangles[element]);
-  if (stiffness_.empty()) {
-    return metric_energy(wall_->material_of(element), wall_->rule, wall_->rest[element], metric(e12, e13),
-                         thickness_ratio, order);
-  }
-  const double stiffness = stiffness_[element];
+  const double stiffness = this->stiffness(element);
   if (stiffness == 0) {
     return {0, Eigen::Vector3d::Zero(), Eigen::Matrix3d::Zero(), thickness_ratio};
   }
+  const auto [e12, e13] = edges_of(positions.data(), membrane_->triangles[element]);
   MetricEnergy energy =
-      metric_energy(wall_->material_of(element), wall_->rule, rest_[element], metric(e12, e13), thickness_ratio, order);
-  energy.energy *= stiffness;
-  energy.gradient *= stiffness;
-  if (order == Derivatives::second) {
-    energy.hessian *= stiffness;
+      metric_energy(wall_->material_of(element), wall_->rule, rest(element), metric(e12, e13), thickness_ratio, order);
+  if (stiffness != 1) {
+    energy.energy *= stiffness;
+    energy.gradient *= stiffness;
+    if (order == Derivatives::second) {
+      energy.hessian *= stiffness;
+    }
   }
   return energy;
 }
