@@ -110,7 +110,7 @@ GradientStiffness::GradientStiffness(const PrismElements& elements, Director dir
     : elements_(&elements), director_(director), linearised_(elements.membrane().triangles.size()) {}
 
 void GradientStiffness::update(const Field& positions, const std::vector<double>& thickness_ratio,
-                               const std::vector<double>& pressure) {
+                               const std::vector<double>& pressure, double /*left_out*/) {
   const Wall& wall = elements_->wall();
   static const PetscLogEvent event = log_event("PrismStiffness");
   // Besides the energy, inverse edges and F, C, the shear moduli (which evaluate the density again), and stress and

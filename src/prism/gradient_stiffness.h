@@ -42,8 +42,8 @@ class GradientStiffness : public ElementStiffness {
   /// Elements must outlive this object.
   GradientStiffness(const PrismElements& elements, Director director);
 
-  void update(const Field& positions, const std::vector<double>& thickness_ratio,
-              const std::vector<double>& pressure) override;
+  void update(const Field& positions, const std::vector<double>& thickness_ratio, const std::vector<double>& pressure,
+              double left_out) override;
   void add_product(double factor, const double* w, double* result) const override;
   void add_blocks(double factor, const HessianBlocks& blocks) const override;
 

@@ -77,8 +77,10 @@ class ElementStiffness {
 
   /// Evaluates the stiffness at positions with ghosts up to date.
   /// @param pressure on the local elements, whose load stiffness is included [Pa], or empty for none
+  /// @param left_out fraction, 0 to 1, of the way from each element's exact stiffness to its positive_part
+  /// (MetricStiffness alone)
   virtual void update(const Field& positions, const std::vector<double>& thickness_ratio,
-                      const std::vector<double>& pressure) = 0;
+                      const std::vector<double>& pressure, double left_out) = 0;
 
   /// Adds factor K w to `result`, both (3 x local); ghosts get only a part of their sum.
   virtual void add_product(double factor, const double* w, double* result) const = 0;

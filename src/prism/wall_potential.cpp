@@ -9,16 +9,12 @@ namespace pellicle::prism {
 
 namespace {
 
-/// @param blended set to the returned object, if it is exact and can be moved to its positive part by a fraction
-std::unique_ptr<ElementStiffness> make_stiffness(const PrismElements& elements, const PrismOptions& options,
-                                                 MetricStiffness*& blended) {
-  if (options.tangent == ElementTangent::exact) {
-    auto stiffness = std::make_unique<MetricStiffness>(elements, options.positive_elements);
-    blended = options.positive_elements ? nullptr : stiffness.get();
-    return stiffness;
+std::unique_ptr<ElementStiffness> make_stiffness(const PrismElements& elements, ElementTangent tangent) {
+  if (tangent == ElementTangent::exact) {
+    return std::make_unique<MetricStiffness>(elements);
   }
-  return std::make_unique<GradientStiffness>(
-      elements, options.tangent == ElementTangent::paper ? Director::left_out : Director::varied);
+  return std::make_unique<GradientStiffness>(elements,
+                                             tangent == ElementTangent::paper ? Director::left_out : Director::varied);
 }
 
 }  // namespace
@@ -38,21 +34,15 @@ std::vector<VertexPair> pairs_of_elements(const Surface& surface) {
 
 WallPotential::WallPotential(const PrismElements& elements, const PrismOptions& options)
     : elements_(elements),
-      exact_(make_stiffness(elements, options, blended_)),
-      positive_(elements, true),
+      blends_(options.tangent == ElementTangent::exact && !options.positive_elements),
+      exact_(make_stiffness(elements, options.tangent)),
+      positive_(elements),
       in_use_(exact_.get()),
       thickness_ratio_(elements.membrane().triangles.size(), 1.0) {}
 
 void WallPotential::set_load(std::vector<double> pressure, std::vector<PetscInt> rims) {
   pressure_ = std::move(pressure);
   rims_ = std::move(rims);
-}
-
-void WallPotential::set_psd_blend(double fraction) {
-  psd_blend_ = fraction;
-  if (blends()) {
-    blended_->leave_out(fraction);
-  }
 }
 
 double WallPotential::add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const {
@@ -65,7 +55,7 @@ double WallPotential::add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& g
 void WallPotential::update_hessian(const Field& x, Curvature curvature) {
   at_rims_.clear();
   if (curvature == Curvature::psd) {
-    positive_.update(x, thickness_ratio_, {});
+    positive_.update(x, thickness_ratio_, {}, 1);
     in_use_ = &positive_;
     return;
   }
@@ -73,7 +63,7 @@ void WallPotential::update_hessian(const Field& x, Curvature curvature) {
   for (double& p : pressure) {
     p *= 1 - psd_blend_;
   }
-  exact_->update(x, thickness_ratio_, pressure);
+  exact_->update(x, thickness_ratio_, pressure, blends_ ? psd_blend_ : 1);
   in_use_ = exact_.get();
   for (const PetscInt side : pressure.empty() ? std::vector<PetscInt>() : rims_) {
     const std::size_t element = side / 3;
@@ -107,6 +97,69 @@ void WallPotential::add_product(const double* w, double* result) const {
     for (std::size_t end = 0; end < 2; ++end) {
       Eigen::Map<Eigen::Vector3d>(result + ends[end]) += at_rims_[rim] * (2 * of_ends[end] + of_ends[1 - end]);
     }
+  }
+}
+
+DampingPotential::DampingPotential(const PrismElements& elements, const std::vector<double>& mass,
+                                   const PrismOptions& options)
+    : membrane_(elements.membrane()),
+      mass_(mass),
+      mass_damping_(options.mass_damping),
+      stiffness_damping_(options.stiffness_damping),
+      stiffness_(elements) {}
+
+void DampingPotential::begin_step(const Field& at, const std::vector<double>& thickness_ratio,
+                                  const Eigen::Matrix3Xd& still, double rate) {
+  y_v_ = still;
+  rate_ = rate;
+  if (multiplies()) {
+    stiffness_.update(at, thickness_ratio, {}, 1);
+  }
+}
+
+double DampingPotential::value(const Field& x) const {
+  Eigen::Matrix3Xd gradient = Eigen::Matrix3Xd::Zero(3, membrane_.particles.owned);
+  return add_value_and_gradient(x, gradient);
+}
+
+double DampingPotential::add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const {
+  const Eigen::Matrix3Xd displacement = x.values() - y_v_;
+  Eigen::Matrix3Xd force = Eigen::Matrix3Xd::Zero(3, displacement.cols());  // c C (x - x_v), complete where owned
+  add_product(displacement.data(), force.data());
+  const PetscInt owned = membrane_.particles.owned;
+  gradient += force.leftCols(owned);
+  return force.leftCols(owned).cwiseProduct(displacement.leftCols(owned)).sum() / 2;
+}
+
+std::vector<VertexPair> DampingPotential::pattern() const {
+  std::vector<VertexPair> pairs;
+  if (multiplies()) {
+    pairs = pairs_of_elements(membrane_);
+  }
+  for (PetscInt i = 0; i < membrane_.particles.owned; ++i) {
+    pairs.push_back({i, membrane_.particles.to_global(i)});
+  }
+  return pairs;
+}
+
+void DampingPotential::add_hessian(const HessianBlocks& blocks) const {
+  std::size_t first = 0;  // of the pairs of single vertices
+  if (multiplies()) {
+    stiffness_.add_blocks(stiffness_damping_ * rate_, blocks);
+    first = 9 * membrane_.triangles.size();
+  }
+  for (std::size_t i = 0; i < mass_.size(); ++i) {
+    blocks.add(first + i, mass_damping_ * mass_[i] * rate_ * Eigen::Matrix3d::Identity());
+  }
+}
+
+void DampingPotential::add_product(const double* w, double* result) const {
+  for (std::size_t i = 0; i < mass_.size(); ++i) {
+    Eigen::Map<Eigen::Vector3d>(result + 3 * i) +=
+        mass_damping_ * mass_[i] * rate_ * Eigen::Map<const Eigen::Vector3d>(w + 3 * i);
+  }
+  if (multiplies()) {
+    stiffness_.add_product(stiffness_damping_ * rate_, w, result);
   }
 }
 

@@ -29,7 +29,6 @@
 #include "meshing/closed_shapes.h"
 #include "meshing/mesh_options.h"
 #include "options/arguments.h"
-#include "prism/damping_potential.h"
 #include "prism/wall.h"
 #include "prism/wall_potential.h"
 #include "surface/membrane.h"
