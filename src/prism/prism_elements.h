@@ -29,8 +29,10 @@ class PrismElements {
   /// @param thickness_ratio h/h0 of the local elements: the ratio of ThicknessRule::fixed, a starting value otherwise
   double energy(const Field& positions, const std::vector<double>& thickness_ratio) const;
 
-  /// Adds -dU/dx of the owned vertices to `force`, (3 x owned) [N] (eq. 8). @returns the energy, as `energy` does
-  double add_force(const Field& positions, const std::vector<double>& thickness_ratio, Eigen::Matrix3Xd& force) const;
+  /// Adds dU/dx of the owned vertices, minus the forces of eq. 8, to (3 x owned) `gradient` [N].
+  /// @returns the energy, as `energy` does
+  double add_gradient(const Field& positions, const std::vector<double>& thickness_ratio,
+                      Eigen::Matrix3Xd& gradient) const;
 
   /// Sets h/h0 of the local elements by the rule; ThicknessRule::fixed keeps the ratio.
   void update_thickness(const Field& positions, std::vector<double>& thickness_ratio) const;

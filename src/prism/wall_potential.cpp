@@ -45,13 +45,6 @@ void WallPotential::set_load(std::vector<double> pressure, std::vector<PetscInt>
   rims_ = std::move(rims);
 }
 
-double WallPotential::add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const {
-  gradient = -gradient;
-  const double energy = elements_.add_force(x, thickness_ratio_, gradient);
-  gradient = -gradient;
-  return energy;
-}
-
 void WallPotential::update_hessian(const Field& x, Curvature curvature) {
   at_rims_.clear();
   if (curvature == Curvature::psd) {

@@ -36,7 +36,9 @@ class WallPotential : public Potential {
 
   double value(const Field& x) const override { return elements_.energy(x, thickness_ratio_); }
   void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override { add_value_and_gradient(x, gradient); }
-  double add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
+  double add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override {
+    return elements_.add_gradient(x, thickness_ratio_, gradient);
+  }
   std::vector<VertexPair> pattern() const override { return pairs_of_elements(elements_.membrane()); }
   void update_hessian(const Field& x, Curvature curvature) override;
   void add_hessian(const HessianBlocks& blocks) const override;

@@ -64,8 +64,9 @@ struct Inflated {
         volume_gradient.col(i) += fraction;
       }
     }
-    force = pressure * volume_gradient;
-    elements.add_force(positions, thickness_ratio, force);
+    force = -pressure * volume_gradient;
+    elements.add_gradient(positions, thickness_ratio, force);
+    force = -force;
   }
 
   Membrane membrane;
