@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <set>
@@ -132,35 +133,25 @@ class StencilMaker {
     }
     const Route questions(vertices.comm, owners);
     const std::vector<PetscInt> asked = questions.send(vertices.ghost_global);
-    struct Side {
-      PetscInt opposite;
-      PetscInt from;
-      PetscInt to;
-    };
-    const auto sides_round = [&](PetscInt vertex) {
-      std::vector<Side> sides;
-      for (const Wedge& wedge : wedges[vertex]) {
-        sides.push_back({vertices.to_global(vertex), wedge.next, wedge.previous});
-      }
-      return sides;
-    };
+    using Triangle = std::array<PetscInt, 3>;
     std::vector<int> askers;
-    std::vector<Side> sides;
+    std::vector<Triangle> triangles;  // by global numbers: the answers, then those known here
+    const auto add_triangle = [&](const Triangle& local) {
+      triangles.push_back({vertices.to_global(local[0]), vertices.to_global(local[1]), vertices.to_global(local[2])});
+    };
     for (std::size_t k = 0; k < asked.size(); ++k) {
-      const std::vector<Side> answer = sides_round(asked[k] - vertices.first);
-      askers.insert(askers.end(), answer.size(), questions.sources()[k]);
-      sides.insert(sides.end(), answer.begin(), answer.end());
+      for (const Wedge& wedge : wedges[asked[k] - vertices.first]) {
+        add_triangle(membrane_.triangles[wedge.element]);
+        askers.push_back(questions.sources()[k]);
+      }
     }
-    sides = Route(vertices.comm, askers).send(sides);
-    for (PetscInt i = 0; i < vertices.owned; ++i) {
-      const std::vector<Side> own = sides_round(i);
-      sides.insert(sides.end(), own.begin(), own.end());
-    }
+    triangles = Route(vertices.comm, askers).send(triangles);
+    std::for_each(membrane_.triangles.begin(), membrane_.triangles.end(), add_triangle);
     std::map<std::pair<PetscInt, PetscInt>, PetscInt> opposite;  // of a side, on the left of the way along it
-    for (const Side& side : sides) {
-      opposite[{side.from, side.to}] = side.opposite;
-      opposite[{side.to, side.opposite}] = side.from;
-      opposite[{side.opposite, side.from}] = side.to;
+    for (const auto& [a, b, c] : triangles) {
+      opposite[{a, b}] = c;
+      opposite[{b, c}] = a;
+      opposite[{c, a}] = b;
     }
 
     std::vector<Fan> result;
@@ -237,10 +228,10 @@ class StencilMaker {
     if (!stencil.is_closed) {
       const auto free_directions = std::lround(projector.trace());
       stencil.has_fixed_normal = is_clamped || free_directions == 1;
-      if (!stencil.has_fixed_normal && free_directions != 2) {
-        return false;
-      }
       if (!stencil.has_fixed_normal) {
+        if (free_directions != 2) {
+          return false;
+        }
         Eigen::Index column = 0;
         const Eigen::Matrix3d constrained = Eigen::Matrix3d::Identity() - projector;
         constrained.diagonal().maxCoeff(&column);
