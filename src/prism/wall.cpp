@@ -19,12 +19,12 @@ namespace {
 /// @param key "wall." or "regions.NAME."
 template <class Law, class Number>
 void set_from_young(Material& material, const std::string& key, const MaterialOptions<Law, Number>& options) {
-  if (options.young_modulus.has_value() != options.poisson_ratio.has_value()) {
-    const bool has_young = options.young_modulus.has_value();
+  const bool has_young = options.young_modulus.has_value();
+  if (has_young != options.poisson_ratio.has_value()) {
     throw Error(key + (has_young ? "young_modulus" : "poisson_ratio") + ": given without " + key +
                 (has_young ? "poisson_ratio" : "young_modulus") + ", expected both or none");
   }
-  if (!options.young_modulus) {
+  if (!has_young) {
     return;
   }
   if (!law_of(material).has(MaterialConstant::mu)) {
@@ -44,26 +44,24 @@ void set_from_young(Material& material, const std::string& key, const MaterialOp
 /// small strain.
 void require_stable(const Material& material, const std::string& key) {
   const MaterialLaw& law = law_of(material);
-  if (law.has(MaterialConstant::ogden) && material.ogden_mu.size() != material.ogden_alpha.size()) {
+  const bool is_ogden = law.has(MaterialConstant::ogden);
+  if (is_ogden && material.ogden_mu.size() != material.ogden_alpha.size()) {
     throw Error(key + "ogden_alpha: " + std::to_string(material.ogden_alpha.size()) +
                 " entries given, expected as many as of " + key + "ogden_mu, " +
                 std::to_string(material.ogden_mu.size()));
   }
-  const auto [shear, first] = small_strain_moduli(material);
-  std::string shear_key = "mu";
-  if (law.has(MaterialConstant::c1)) {
-    shear_key = "c1";
-  } else if (law.has(MaterialConstant::ogden)) {
-    shear_key = "ogden_mu";
-    if (std::find(material.ogden_alpha.begin(), material.ogden_alpha.end(), 0) != material.ogden_alpha.end()) {
-      throw Error(key + "ogden_alpha: 0 given, expected exponents that are not zero");
-    }
+  if (is_ogden && std::count(material.ogden_alpha.begin(), material.ogden_alpha.end(), 0) > 0) {
+    throw Error(key + "ogden_alpha: 0 given, expected exponents that are not zero");
   }
+  const auto [shear, first] = small_strain_moduli(material);
   if (!(shear > 0)) {
-    throw Error(key + shear_key + ": the shear modulus of the undeformed material is " + number_text(shear) +
+    throw Error(key +
+                (is_ogden                        ? "ogden_mu"
+                 : law.has(MaterialConstant::c1) ? "c1"
+                                                 : "mu") +
+                ": the shear modulus of the undeformed material is " + number_text(shear) +
                 " Pa, expected more than 0" + (law.shear_words.empty() ? "" : " (" + law.shear_words) +
-                (law.has(MaterialConstant::ogden) ? ", see " + key + "ogden_alpha" : "") +
-                (law.shear_words.empty() ? "" : ")"));
+                (is_ogden ? ", see " + key + "ogden_alpha" : "") + (law.shear_words.empty() ? "" : ")"));
   }
   if (!(3 * first + 2 * shear > 0)) {
     throw Error(key + "lambda: " + number_text(material.lambda) +
