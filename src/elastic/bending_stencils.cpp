@@ -54,16 +54,16 @@ Terms pseudo_inverse(const Terms& terms) {
 
 }  // namespace
 
-BendingStencils::BendingStencils(const Sheet& sheet, const Weave& weave, const std::vector<bool>& clamped)
-    : sheet_(&sheet), warp_(weave.warp), cell_area_(cell_areas(sheet)), stencil_of_(sheet.particles.local(), -1) {
+BendingStencils::BendingStencils(const Sheet& sheet, const Eigen::Vector3d& warp, const std::vector<bool>& clamped)
+    : sheet_(&sheet),
+      warp_(warp_of(sheet, warp)),
+      cell_area_(cell_areas(sheet)),
+      stencil_of_(sheet.particles.local(), -1) {
   const std::size_t particles = sheet.particles.local();
   std::vector<bool> is_near(particles, false);  // itself or a neighbour is this rank's
   std::fill_n(is_near.begin(), sheet.particles.owned, true);
-  for (const SpringSet& set : sheet.springs) {
-    if (&set == &sheet.of(Colour::yellow)) {
-      continue;
-    }
-    for (const auto& [a, b] : set.ends) {
+  for (const Colour colour : {Colour::red, Colour::green, Colour::blue}) {
+    for (const auto& [a, b] : sheet.of(colour).ends) {
       if (a < sheet.particles.owned || b < sheet.particles.owned) {
         is_near[a] = true;
         is_near[b] = true;
@@ -257,7 +257,7 @@ void BendingStencils::fit(Stencil& stencil) {
   std::fill_n(weights_.begin() + static_cast<std::ptrdiff_t>(stencil.first), count, Curvature3::Zero());
   stencil.rest.setZero();
   const Eigen::Vector3d centre = sheet_->rest.col(stencil.centre);
-  const Eigen::Vector3d normal = area_vector(stencil, sheet_->rest).normalized();
+  const Eigen::Vector3d normal = area_vector(stencil, sheet_->rest.data()).normalized();
   const Eigen::Vector3d along = warp_.col(stencil.centre);
   const Eigen::Vector3d warp = (along - normal.dot(along) * normal).normalized();
   const Eigen::Vector3d weft = normal.cross(warp);

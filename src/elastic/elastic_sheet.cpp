@@ -14,8 +14,8 @@ ElasticSheet::ElasticSheet(const Sheet& sheet, const SheetMaterial& material, do
     : SpringSheet(sheet, material.damping, options.snes_rtol, pinned, options.usual_h, others),
       layer_distance_(layer_distance),
       bending_factor_(factors.bending),
-      material_(sheet, stiffness_of(material), weave_of(sheet, material.warp), factors),
-      bending_(sheet, weave_of(sheet, material.warp), clamped) {
+      material_(sheet, stiffness_of(material), material.warp, factors),
+      bending_(sheet, material.warp, clamped) {
   const Stiffness stiffness = stiffness_of(material);
   bending_stiffness_ = stiffness.bending;
   potentials_.insert(potentials_.begin() + 1, &bending_);
