@@ -29,7 +29,8 @@ class ElasticSheet : public SpringSheet {
                const std::vector<Potential*>& others = {});
 
   void set_shape(const SheetInput& input) override;
-  double largest_excess() const override;
+  /// Largest ratio of the stiffness along a side of a cell to the given one, over all ranks. Collective.
+  double largest_excess() const;
   std::vector<const Potential*> of_shape() const override { return {&springs_, &bending_}; }
 
  private:

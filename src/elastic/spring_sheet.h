@@ -49,8 +49,6 @@ class SpringSheet : public MassPart {
   /// Stiffness with which statics holds each particle at the step's start, so that rigid motions are determined: a
   /// millionth of the undeformed tangent's diagonal [N/m].
   double holding_stiffness() const { return 1e-6 * rest_stiffness_; }
-  /// Largest ratio of the stiffness along a side of a cell to the given one, over all ranks. Collective.
-  virtual double largest_excess() const { return 1; }
   /// Whether the owned springs of each colour have stiffness. Not collective.
   const std::array<std::vector<bool>, 4>& bearing_springs(const ActiveSet& active);
   /// Forces of the owned springs by colour at some positions, with the lengths and stiffness of the last step, positive

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "energies/vertex_potential.h"
 #include "geometry/pressure_load.h"
 #include "prism/gradient_stiffness.h"
 
@@ -125,13 +126,9 @@ double DampingPotential::add_value_and_gradient(const Field& x, Eigen::Matrix3Xd
 }
 
 std::vector<VertexPair> DampingPotential::pattern() const {
-  std::vector<VertexPair> pairs;
-  if (multiplies()) {
-    pairs = pairs_of_elements(membrane_);
-  }
-  for (PetscInt i = 0; i < membrane_.particles.owned; ++i) {
-    pairs.push_back({i, membrane_.particles.to_global(i)});
-  }
+  std::vector<VertexPair> pairs = multiplies() ? pairs_of_elements(membrane_) : std::vector<VertexPair>();
+  const std::vector<VertexPair> single = pairs_of_vertices(membrane_.particles);
+  pairs.insert(pairs.end(), single.begin(), single.end());
   return pairs;
 }
 
