@@ -15,31 +15,6 @@ namespace pellicle::prism {
 
 namespace {
 
-/// Sets mu and lambda from Young's modulus and Poisson's ratio where these are given.
-/// @param key "wall." or "regions.NAME."
-template <class Law, class Number>
-void set_from_young(Material& material, const std::string& key, const MaterialOptions<Law, Number>& options) {
-  const bool has_young = options.young_modulus.has_value();
-  if (has_young != options.poisson_ratio.has_value()) {
-    throw Error(key + (has_young ? "young_modulus" : "poisson_ratio") + ": given without " + key +
-                (has_young ? "poisson_ratio" : "young_modulus") + ", expected both or none");
-  }
-  if (!has_young) {
-    return;
-  }
-  if (!law_of(material).has(MaterialConstant::mu)) {
-    throw Error(key + "young_modulus: the material has other constants, expected one with mu and lambda");
-  }
-  const double young = *options.young_modulus;
-  const double poisson = *options.poisson_ratio;
-  if (!(poisson > -1 && poisson < 0.5)) {
-    throw Error(key + "poisson_ratio: " + number_text(poisson) +
-                " given, expected more than -1 and less than 0.5 (prism.thickness incompressible is the limit 0.5)");
-  }
-  material.mu = young / (2 * (1 + poisson));
-  material.lambda = young * poisson / ((1 + poisson) * (1 - 2 * poisson));
-}
-
 /// The undeformed state must resist shear and compression: mu > 0 and K = lambda + 2/3 mu > 0, with the law's moduli of
 /// small strain.
 void require_stable(const Material& material, const std::string& key) {
@@ -70,35 +45,46 @@ void require_stable(const Material& material, const std::string& key) {
   }
 }
 
-Material wall_material(const MaterialOptions<Material::Law, double>& options) {
-  Material material{options.law, options.mu,       options.lambda,     options.c1,
-                    options.c2,  options.ogden_mu, options.ogden_alpha};
-  set_from_young(material, "wall.", options);
-  require_stable(material, "wall.");
+/// The material with mu and lambda by Young's modulus and Poisson's ratio where these are given. @throws Error
+/// @param key "wall." or "regions.NAME."
+template <class Law, class Number>
+Material checked(Material material, const std::string& key, const MaterialOptions<Law, Number>& options) {
+  const bool has_young = options.young_modulus.has_value();
+  if (has_young != options.poisson_ratio.has_value()) {
+    throw Error(key + (has_young ? "young_modulus" : "poisson_ratio") + ": given without " + key +
+                (has_young ? "poisson_ratio" : "young_modulus") + ", expected both or none");
+  }
+  if (has_young) {
+    if (!law_of(material).has(MaterialConstant::mu)) {
+      throw Error(key + "young_modulus: the material has other constants, expected one with mu and lambda");
+    }
+    const double young = *options.young_modulus;
+    const double poisson = *options.poisson_ratio;
+    material.mu = young / (2 * (1 + poisson));
+    material.lambda = young * poisson / ((1 + poisson) * (1 - 2 * poisson));
+  }
+  require_stable(material, key);
   return material;
 }
 
-/// @param key "regions.NAME."
-Material region_material(const Material& wall, const std::string& key,
+/// @param material of the wall @param key "regions.NAME."
+Material region_material(Material material, const std::string& key,
                          const MaterialOptions<RegionLaw, std::optional<double>>& options) {
-  Material material = wall;
-  material.law = law_of(options.law, wall.law);
+  material.law = law_of(options.law, material.law);
   if (options.young_modulus && (options.mu || options.lambda)) {
     throw Error(key + "young_modulus: given beside mu or lambda, expected one pair of constants");
   }
-  material.mu = options.mu.value_or(wall.mu);
-  material.lambda = options.lambda.value_or(wall.lambda);
-  material.c1 = options.c1.value_or(wall.c1);
-  material.c2 = options.c2.value_or(wall.c2);
+  material.mu = options.mu.value_or(material.mu);
+  material.lambda = options.lambda.value_or(material.lambda);
+  material.c1 = options.c1.value_or(material.c1);
+  material.c2 = options.c2.value_or(material.c2);
   if (!options.ogden_mu.empty()) {
     material.ogden_mu = options.ogden_mu;
   }
   if (!options.ogden_alpha.empty()) {
     material.ogden_alpha = options.ogden_alpha;
   }
-  set_from_young(material, key, options);
-  require_stable(material, key);
-  return material;
+  return checked(material, key, options);
 }
 
 /// Undeformed thickness of the local elements, without regard to regions.
@@ -240,7 +226,9 @@ Wall make_wall(const Membrane& membrane, const WallOptions& options, const std::
               : options.thickness_rule == WallThickness::plane_stress ? ThicknessRule::plane_stress
                                                                       : ThicknessRule::fixed;
   wall.preserve_volume = options.thickness_rule == WallThickness::global_volume;
-  wall.materials.push_back(wall_material(options.material));
+  const auto& given = options.material;
+  wall.materials.push_back(checked(
+      {given.law, given.mu, given.lambda, given.c1, given.c2, given.ogden_mu, given.ogden_alpha}, "wall.", given));
   if (options.has_tension_field()) {
     Material& material = wall.materials.back();  // of which regions have the rest
     material.wrinkles = true;

@@ -11,7 +11,6 @@
 
 #include "air/drag_potential.h"
 #include "combustion/combustion.h"
-#include "elastic/elastic_sheet.h"
 #include "elastic/spring_sheet.h"
 #include "energies/vertex_potential.h"
 #include "io/texture.h"

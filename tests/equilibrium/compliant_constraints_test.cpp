@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "elastic/bending_stencils.h"
-#include "elastic/elastic_sheet.h"
 #include "elastic/sheet_springs.h"
+#include "elastic/spring_sheet.h"
 #include "surface/shell.h"
 #include "tests/support/balanced_step.h"
 #include "tests/support/grid_mesh.h"
