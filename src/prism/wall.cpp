@@ -185,9 +185,9 @@ std::vector<bool> select(const Membrane& membrane, const std::string& key, const
 }
 
 /// Applies the options of a region to its elements. Collective.
-/// @param number of the region's material
+/// @param names of the materials before, whose number is that of the region's
 void apply_region(Wall& wall, const Membrane& membrane, const std::string& name, const RegionOptions& options,
-                  int number, const std::vector<std::string>& names) {
+                  const std::vector<std::string>& names) {
   const std::vector<bool> chosen = select(membrane, "regions." + name + ".", options);
   // The lowest element that is in two regions; it does not depend on the number of ranks.
   struct {
@@ -206,7 +206,7 @@ void apply_region(Wall& wall, const Membrane& membrane, const std::string& name,
   }
   for (std::size_t e = 0; e < chosen.size(); ++e) {
     if (chosen[e]) {
-      wall.material[e] = number;
+      wall.material[e] = static_cast<int>(names.size());
       wall.thickness[e] = options.thickness.value_or(wall.thickness[e]);
       wall.density[e] = options.density.value_or(wall.density[e]);
     }
@@ -240,7 +240,7 @@ Wall make_wall(const Membrane& membrane, const WallOptions& options, const std::
   std::vector<std::string> names{"wall"};  // by material
   for (const auto& [name, region] : options.regions) {
     wall.materials.push_back(region_material(wall.materials.front(), "regions." + name + ".", region.material));
-    apply_region(wall, membrane, name, region, static_cast<int>(names.size()), names);
+    apply_region(wall, membrane, name, region, names);
     names.push_back(name);
   }
   wall.rest.reserve(membrane.triangles.size());
