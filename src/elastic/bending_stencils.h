@@ -88,7 +88,7 @@ class BendingStencils {
   void add_corner(PetscInt corner, Incidence::Range cells, bool is_clamped);
   void begin_stencil(PetscInt centre);
   void add_point(PetscInt particle, Support support);
-  void end_stencil();
+  void add_triangle(PetscInt triangle);
   bool find_part(const Stencil& stencil, const ActiveSet& active, std::vector<bool>& takes_part) const;
   void fit(Stencil& stencil);
 
@@ -99,10 +99,9 @@ class BendingStencils {
   std::vector<PetscInt> points_;
   std::vector<Curvature3> weights_;
   std::vector<Support> support_;
-  std::vector<PetscInt> triangles_;   ///< numbers of the surface triangles round the centres
-  std::vector<bool> counts_;          ///< whether each of these triangles took part in the last fit
-  std::vector<bool> takes_part_;      ///< whether each point took part in the last fit
-  std::vector<PetscInt> stencil_of_;  ///< of each local particle, -1: none
+  std::vector<PetscInt> triangles_;  ///< numbers of the surface triangles round the centres
+  std::vector<bool> counts_;         ///< whether each of these triangles took part in the last fit
+  std::vector<bool> takes_part_;     ///< whether each point took part in the last fit
   std::vector<bool> active_before_;
   std::vector<bool> cracked_before_;
   std::size_t fits_ = 0;

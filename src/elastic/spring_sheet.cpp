@@ -45,12 +45,11 @@ SpringSheet::SpringSheet(const Sheet& sheet, const SpringOptions& options, const
 }
 
 const std::array<std::vector<double>, 4>& SpringSheet::stiffness(const ActiveSet& active) {
-  for (const Colour colour : all_colours) {
-    const auto index = static_cast<std::size_t>(colour);
-    equal_stiffnesses_[index].resize(active.springs[index].size());
-    for (std::size_t s = 0; s < active.springs[index].size(); ++s) {
-      equal_stiffnesses_[index][s] = active.springs[index][s] ? equal_stiffness_ : 0;
-    }
+  for (std::size_t colour = 0; colour < all_colours.size(); ++colour) {
+    const std::vector<bool>& lives = active.springs[colour];
+    equal_stiffnesses_[colour].resize(lives.size());
+    std::transform(lives.begin(), lives.end(), equal_stiffnesses_[colour].begin(),
+                   [this](bool is_alive) { return is_alive ? equal_stiffness_ : 0; });
   }
   return equal_stiffnesses_;
 }
@@ -112,12 +111,10 @@ double SpringSheet::rounding() const {
 
 const std::array<std::vector<bool>, 4>& SpringSheet::bearing_springs(const ActiveSet& active) {
   const std::array<std::vector<double>, 4>& stiffness = this->stiffness(active);
-  for (const Colour colour : all_colours) {
-    const auto index = static_cast<std::size_t>(colour);
-    bears_[index].resize(sheet_.of(colour).owned());
-    for (PetscInt s = 0; s < sheet_.of(colour).owned(); ++s) {
-      bears_[index][s] = stiffness[index][s] > 0;
-    }
+  for (std::size_t colour = 0; colour < all_colours.size(); ++colour) {
+    bears_[colour].resize(sheet_.springs[colour].owned());
+    std::transform(stiffness[colour].begin(), stiffness[colour].begin() + sheet_.springs[colour].owned(),
+                   bears_[colour].begin(), [](double of_spring) { return of_spring > 0; });
   }
   return bears_;
 }
