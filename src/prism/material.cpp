@@ -160,8 +160,6 @@ const std::vector<MaterialLaw>& material_laws() {
   return laws;
 }
 
-std::vector<std::string> names_of(Material::Law) { return names_in(material_laws()); }
-
 EnergyDensity energy_density(const Material& material, double t, double d, double c) {
   EnergyDensity psi;
   law_of(material).add_energy(material, t, d, c, psi);

@@ -32,8 +32,6 @@ struct Material {
   double tension = 0;               ///< if the wall wrinkles: its undeformed stress in metric_energy [Pa]
 };
 
-std::vector<std::string> names_of(Material::Law);
-
 /// The moduli of a material at small strain.
 struct SmallStrainModuli {
   double shear = 0;   ///< mu [Pa]
@@ -61,6 +59,7 @@ struct MaterialLaw {
 };
 /// All laws.
 const std::vector<MaterialLaw>& material_laws();
+inline std::vector<std::string> names_of(Material::Law) { return names_in(material_laws()); }
 inline const MaterialLaw& law_of(const Material& material) {
   return material_laws()[static_cast<std::size_t>(material.law)];
 }

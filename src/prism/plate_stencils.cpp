@@ -254,10 +254,10 @@ class StencilMaker {
     };
 
     const Eigen::Vector3d here = rest.col(stencil.centre);
-    const auto arm = [&](std::size_t p) { return Eigen::Vector3d(rest.col(made_.points[p]) - here); };
+    const auto arm = [&](Eigen::Index p) { return Eigen::Vector3d(rest.col(made_.points[p]) - here); };
     Eigen::Vector3d area = Eigen::Vector3d::Zero();
     double flat = 0;
-    for (std::size_t p = stencil.first + 1; p < stencil.ring_end; ++p) {
+    for (Eigen::Index p = stencil.first + 1; p < stencil.ring_end; ++p) {
       if (stencil.is_closed || p + 1 < stencil.ring_end) {
         const Eigen::Vector3d triangle = arm(p).cross(arm(p + 1 < stencil.ring_end ? p + 1 : stencil.first + 1));
         area += triangle;
@@ -266,7 +266,7 @@ class StencilMaker {
     }
     if (!stencil.mirror.isZero(0)) {
       // The wall goes on as its mirror image if both its edges here are in the plane and the wall stands across it.
-      const auto lies_in_plane = [&](std::size_t p) {
+      const auto lies_in_plane = [&](Eigen::Index p) {
         return std::abs(arm(p).dot(stencil.mirror)) <= 1e-6 * arm(p).norm();
       };
       if (!lies_in_plane(stencil.first + 1) || !lies_in_plane(stencil.ring_end - 1) ||
@@ -303,10 +303,10 @@ class StencilMaker {
     const bool is_mirrored = !stencil.mirror.isZero(0);
     const Eigen::Vector3d along = is_mirrored ? stencil.mirror : stencil.normal.unitOrthogonal();
     axes_ << along, stencil.normal.cross(along);
-    const auto count = static_cast<Eigen::Index>(stencil.last - stencil.first) - 1;
+    const Eigen::Index count = stencil.last - stencil.first - 1;
     Eigen::Matrix3Xd arms(3, count);
     for (Eigen::Index p = 0; p < count; ++p) {
-      arms.col(p) = rest.col(made_.points[stencil.first + 1 + static_cast<std::size_t>(p)]) - rest.col(stencil.centre);
+      arms.col(p) = rest.col(made_.points[stencil.first + 1 + p]) - rest.col(stencil.centre);
     }
     // Coordinates in which the neighbours are equally far all round, so that the fit does not depend on how long the
     // triangles are.
@@ -330,7 +330,7 @@ class StencilMaker {
     for (Eigen::Index p = 0; p < count; ++p) {
       const double x = r(0, p), y = r(1, p);
       const bool is_own_image = is_mirrored && std::abs(x) < 1e-6;
-      const bool is_beyond = stencil.first + 1 + static_cast<std::size_t>(p) >= stencil.ring_end;
+      const bool is_beyond = stencil.first + 1 + p >= stencil.ring_end;
       row_weight[p] = (is_own_image ? std::sqrt(0.5) : is_beyond ? weight_beyond : 1.0) / (x * x + y * y);
       if (tilts == 2) {
         terms.row(p) << x, y, x * x / 2, x * y, y * y / 2;
@@ -360,7 +360,7 @@ class StencilMaker {
       even << b[0], bends == 3 ? b[1] : 0, bends == 3 ? b[1] : 0, b[bends - 1];
       const Eigen::Matrix2d bent = to_even * even * to_even;
       const PlateCurvature weight(bent(0, 0), bent(0, 1), bent(1, 1));
-      made_.weights[stencil.first + 1 + static_cast<std::size_t>(p)] = weight;
+      made_.weights[stencil.first + 1 + p] = weight;
       made_.weights[stencil.first] -= weight;
       stencil.rest += weight * stencil.normal.dot(arms.col(p));
     }
