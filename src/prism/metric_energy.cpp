@@ -167,10 +167,8 @@ Eigen::Matrix3d cauchy_green_of_metric(const RestMetric& rest) {
   return map;
 }
 
-namespace {
-
-MetricEnergy energy_without_tension(const Material& material, ThicknessRule rule, const RestMetric& rest,
-                                    const Eigen::Vector3d& a, double given_ratio, Derivatives order) {
+MetricEnergy metric_energy(const Material& material, ThicknessRule rule, const RestMetric& rest,
+                           const Eigen::Vector3d& a, double given_ratio, Derivatives order) {
   // t = inverse : a and d = det a / det of the undeformed metric, with their derivatives by a
   const double scale = 1 / (4 * rest.area * rest.area);
   const Eigen::Vector3d by_t(rest.inverse[0], 2 * rest.inverse[1], rest.inverse[2]);
@@ -187,38 +185,27 @@ MetricEnergy energy_without_tension(const Material& material, ThicknessRule rule
   if (!std::isfinite(psi.value)) {
     return collapsed();
   }
-  if (material.wrinkles) {
-    if (const auto wrinkled = relaxed(material, rule, rest, a, psi, given)) {
-      return std::isfinite(wrinkled->energy) ? *wrinkled : collapsed();
-    }
-  }
 
   MetricEnergy result;
-  result.energy = rest.volume * psi.value;
-  result.gradient = rest.volume * (psi.t * by_t + psi.d * by_d);
-  result.thickness_ratio = std::sqrt(psi.c);
-  if (order == Derivatives::first) {
-    return result;
+  if (const auto wrinkled = material.wrinkles ? relaxed(material, rule, rest, a, psi, given) : std::nullopt) {
+    result = std::isfinite(wrinkled->energy) ? *wrinkled : collapsed();
+  } else {
+    result.energy = rest.volume * psi.value;
+    result.gradient = rest.volume * (psi.t * by_t + psi.d * by_d);
+    result.thickness_ratio = std::sqrt(psi.c);
+    if (order == Derivatives::second) {
+      const Eigen::Vector3d by_t_row = psi.tt * by_t + psi.td * by_d;
+      const Eigen::Vector3d by_d_row = psi.td * by_t + psi.dd * by_d;
+      result.hessian = by_t * by_t_row.transpose() + by_d * by_d_row.transpose();
+      result.hessian(0, 2) += psi.d * scale;
+      result.hessian(2, 0) += psi.d * scale;
+      result.hessian(1, 1) -= 2 * psi.d * scale;
+      result.hessian *= rest.volume;
+    }
   }
-  const Eigen::Vector3d by_t_row = psi.tt * by_t + psi.td * by_d;
-  const Eigen::Vector3d by_d_row = psi.td * by_t + psi.dd * by_d;
-  result.hessian = by_t * by_t_row.transpose() + by_d * by_d_row.transpose();
-  result.hessian(0, 2) += psi.d * scale;
-  result.hessian(2, 0) += psi.d * scale;
-  result.hessian(1, 1) -= 2 * psi.d * scale;
-  result.hessian *= rest.volume;
-  return result;
-}
-
-}  // namespace
-
-MetricEnergy metric_energy(const Material& material, ThicknessRule rule, const RestMetric& rest,
-                           const Eigen::Vector3d& a, double given_ratio, Derivatives order) {
-  MetricEnergy result = energy_without_tension(material, rule, rest, a, given_ratio, order);
   if (material.tension > 0) {
-    const Eigen::Vector3d by_trace(rest.inverse[0], 2 * rest.inverse[1], rest.inverse[2]);
-    result.energy += rest.volume * material.tension / 2 * (by_trace.dot(a) - 2);
-    result.gradient += rest.volume * material.tension / 2 * by_trace;
+    result.energy += rest.volume * material.tension / 2 * (t - 2);
+    result.gradient += rest.volume * material.tension / 2 * by_t;
   }
   return result;
 }

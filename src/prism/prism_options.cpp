@@ -84,10 +84,6 @@ void describe(OptionTable& table, RegionOptions& options, const WallOptions& wal
 
 }  // namespace
 
-Material::Law law_of(RegionLaw law, Material::Law of_wall) {
-  return law == RegionLaw::wall ? of_wall : static_cast<Material::Law>(static_cast<int>(law) - 1);
-}
-
 std::vector<std::string> names_of(RegionLaw) {
   std::vector<std::string> names = names_of(Material::Law{});
   names.insert(names.begin(), "wall");

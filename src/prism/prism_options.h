@@ -15,7 +15,9 @@ namespace pellicle::prism {
 /// Law of the material of a part of the wall: the wall's, or 1 and the number of a law.
 enum class RegionLaw : int { wall };
 std::vector<std::string> names_of(RegionLaw);
-Material::Law law_of(RegionLaw law, Material::Law of_wall);
+inline Material::Law law_of(RegionLaw law, Material::Law of_wall) {
+  return law == RegionLaw::wall ? of_wall : static_cast<Material::Law>(static_cast<int>(law) - 1);
+}
 
 /// A material as a deck gives it; `Number` is double, or std::optional<double> where values may be left out.
 template <class Law, class Number>
@@ -112,7 +114,6 @@ struct VolumeOptions {
   int max_iterations = 30;  ///< corrections; the paper's: 1
 };
 
-/// Declares the options `volume.*`.
 void describe(OptionTable& table, VolumeOptions& options);
 
 }  // namespace pellicle::prism

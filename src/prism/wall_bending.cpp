@@ -18,8 +18,6 @@ namespace {
 /// Share of the area of the triangles laid flat below which |N| of a sharp fold gives no good normal.
 constexpr double sharp = 0.1;
 constexpr double flatness = 1 / (1 + sharp * sharp);  // so that a flat wall has a normal of length 1
-/// Least stretch of a wall for which its metric is used.
-constexpr double least_stretch = 0.1;
 
 Eigen::Map<const Eigen::Vector3d> position(const double* x, PetscInt i) {
   return Eigen::Map<const Eigen::Vector3d>(x + 3 * i);
@@ -68,9 +66,9 @@ void add_moments(const Rows& turns, const Rows& twists, const Rows& tilts, doubl
   }
 }
 
-/// A metric whose stretches are bounded away from zero.
+/// A metric whose stretches are bounded away from zero: at least 0.1.
 Eigen::Matrix2d bounded(const Eigen::Matrix2d& a) {
-  constexpr double least = least_stretch * least_stretch;
+  constexpr double least = 0.1 * 0.1;
   if (a.trace() > 2 * least && a.determinant() > least * a.trace()) {
     return a;  // both eigenvalues are larger
   }
