@@ -80,17 +80,9 @@ SheetSprings::SheetSprings(const Sheet& sheet, const Stiffness& stiffness, const
         per_area[s] = shear / squared_length;
         continue;
       }
-      double cell_area = 0;  // the mean
-      int triangles = 0;
-      for (std::size_t k = 0; k < 2; ++k) {
-        if (set.triangles[s][k] >= 0) {
-          cell_area += cell_area_[set.triangles[s][k] / 4];
-          ++triangles;
-        }
-      }
-      cell_area /= triangles;
+      const auto& triangles = set.triangles[s];
       if (colour == Colour::red) {
-        const auto& c = sheet.cells[set.triangles[s][0] / 4];
+        const auto& c = sheet.cells[triangles[0] / 4];
         const Eigen::Vector3d first = sheet.rest.col(c[2]) - sheet.rest.col(c[0]);
         const Eigen::Vector3d second = sheet.rest.col(c[3]) - sheet.rest.col(c[1]);
         // Diagonals that are far from perpendicular to each other change little in a shear along the sides.
@@ -106,7 +98,9 @@ SheetSprings::SheetSprings(const Sheet& sheet, const Stiffness& stiffness, const
       const double product = of_warp * of_weft;
       const double excess = product > 0 ? (1 + std::sqrt(1 + 4 * shear * shear / product)) / 2 : 1;
       const double normal = excess * of_warp * along + excess * of_weft * (1 - along);  // between C11 and C22
-      const double aspect = squared_length / cell_area;
+      const auto area_at = [this](PetscInt triangle) { return triangle >= 0 ? cell_area_[triangle / 4] : 0; };
+      const int sides = (triangles[0] >= 0 ? 1 : 0) + (triangles[1] >= 0 ? 1 : 0);
+      const double aspect = squared_length / ((area_at(triangles[0]) + area_at(triangles[1])) / sides);
       const double of_diagonals = shear * aspect * aspect;
       per_area[s] = std::max(0.0, normal - of_diagonals) / squared_length;
       if (!is_ghost && normal > 0) {
