@@ -243,8 +243,8 @@ void BendingStencils::fit(Stencil& stencil) {
       counts_[t] = takes_part(stencil.first + 1 + (t - stencil.first_triangle) / 2);
     }
   }
-  const std::size_t count = stencil.last - stencil.first;
-  std::fill_n(weights_.begin() + static_cast<std::ptrdiff_t>(stencil.first), count, Curvature3::Zero());
+  std::fill_n(weights_.begin() + static_cast<std::ptrdiff_t>(stencil.first), stencil.last - stencil.first,
+              Curvature3::Zero());
   stencil.rest.setZero();
   const Eigen::Vector3d centre = sheet_->rest.col(stencil.centre);
   const Eigen::Vector3d normal = area_vector(stencil, sheet_->rest.data()).normalized();
@@ -253,36 +253,31 @@ void BendingStencils::fit(Stencil& stencil) {
   const Eigen::Vector3d weft = normal.cross(warp);
   const auto arm = [&](std::size_t point) -> Eigen::Vector3d { return sheet_->rest.col(points_[point]) - centre; };
   const auto in_plane = [&](std::size_t point) { return Eigen::Vector2d(warp.dot(arm(point)), weft.dot(arm(point))); };
-  const auto visit = [&](const auto& take) {  // the points that take part, but for the centre
-    for (std::size_t point = stencil.first + 1; point < stencil.last; ++point) {
-      if (takes_part(point)) {
-        take(point);
-      }
-    }
-  };
-  Eigen::Index used = 0;
+  std::vector<std::size_t> used;  // the points that take part, but for the centre
   double squares = 0;
-  visit([&](std::size_t point) {
-    ++used;
-    squares += in_plane(point).squaredNorm();
-  });
-  const double length = std::sqrt(squares / static_cast<double>(1 + used));
+  for (std::size_t point = stencil.first + 1; point < stencil.last; ++point) {
+    if (takes_part(point)) {
+      used.push_back(point);
+      squares += in_plane(point).squaredNorm();
+    }
+  }
+  const double length = std::sqrt(squares / static_cast<double>(1 + used.size()));
   if (length == 0) {
     return;
   }
-  Terms terms(5, used);
-  Eigen::Index column = 0;
-  visit([&](std::size_t point) { terms.col(column++) = terms_at(in_plane(point) / length, stencil.is_clamped); });
-  const bool is_fan = !is_lattice && !stencil.is_clamped && used % 2 == 1;  // one neighbour more than cells
+  Terms terms(5, used.size());
+  for (std::size_t k = 0; k < used.size(); ++k) {
+    terms.col(k) = terms_at(in_plane(used[k]) / length, stencil.is_clamped);
+  }
+  const bool is_fan = !is_lattice && !stencil.is_clamped && used.size() % 2 == 1;  // one neighbour more than cells
   stencil.is_determined = !is_fan || determine_surface(terms);
   const Terms inverse = pseudo_inverse(terms);
-  column = 0;
-  visit([&](std::size_t point) {
-    const Curvature3 weight = inverse.col(column++).tail<3>() / (length * length);
-    weights_[point] = weight;
+  for (std::size_t k = 0; k < used.size(); ++k) {
+    const Curvature3 weight = inverse.col(k).tail<3>() / (length * length);
+    weights_[used[k]] = weight;
     weights_[stencil.first] -= weight;
-    stencil.rest += weight * normal.dot(arm(point));
-  });
+    stencil.rest += weight * normal.dot(arm(used[k]));
+  }
 }
 
 }  // namespace pellicle::elastic
