@@ -8,18 +8,6 @@
 
 namespace pellicle::prism {
 
-namespace {
-
-std::unique_ptr<ElementStiffness> make_stiffness(const PrismElements& elements, ElementTangent tangent) {
-  if (tangent == ElementTangent::exact) {
-    return std::make_unique<MetricStiffness>(elements);
-  }
-  return std::make_unique<GradientStiffness>(elements,
-                                             tangent == ElementTangent::paper ? Director::left_out : Director::varied);
-}
-
-}  // namespace
-
 std::vector<VertexPair> pairs_of_elements(const Surface& surface) {
   std::vector<VertexPair> pairs;
   pairs.reserve(9 * surface.triangles.size());
@@ -36,10 +24,16 @@ std::vector<VertexPair> pairs_of_elements(const Surface& surface) {
 WallPotential::WallPotential(const PrismElements& elements, const PrismOptions& options)
     : elements_(elements),
       blends_(options.tangent == ElementTangent::exact && !options.positive_elements),
-      exact_(make_stiffness(elements, options.tangent)),
       positive_(elements),
-      in_use_(exact_.get()),
-      thickness_ratio_(elements.membrane().triangles.size(), 1.0) {}
+      thickness_ratio_(elements.membrane().triangles.size(), 1.0) {
+  if (options.tangent == ElementTangent::exact) {
+    exact_ = std::make_unique<MetricStiffness>(elements);
+  } else {
+    const bool is_papers = options.tangent == ElementTangent::paper;
+    exact_ = std::make_unique<GradientStiffness>(elements, is_papers ? Director::left_out : Director::varied);
+  }
+  in_use_ = exact_.get();
+}
 
 void WallPotential::set_load(std::vector<double> pressure, std::vector<PetscInt> rims) {
   pressure_ = std::move(pressure);
