@@ -15,8 +15,6 @@ namespace pellicle::elastic {
 
 namespace {
 
-Eigen::Map<const Eigen::Matrix3Xd> positions_of(const Field& x) { return {x.data(), 3, x.values().cols()}; }
-
 /// Share of the undeformed area vector below which the area vector of a sharp fold gives no good normal.
 constexpr double sharp = 0.1;
 constexpr double length_of_flat = 1 + sharp * sharp;  // squared: an unfolded sheet has a normal of length 1
@@ -27,18 +25,14 @@ constexpr double weak_damping = 1;
 
 }  // namespace
 
-BendingPotential::BendingPotential(const Sheet& sheet, const Weave& weave, const std::vector<bool>& clamped)
+BendingPotential::BendingPotential(const Sheet& sheet, const Eigen::Vector3d& warp, const std::vector<bool>& clamped)
     : sheet_(&sheet),
-      stencils_(sheet, weave, clamped),
+      stencils_(sheet, warp, clamped),
       target_(stencils_.stencils().size(), Curvature3::Zero()),
       stiffness_(stencils_.stencils().size(), Curvature3::Zero()),
       reference_(stencils_.stencils().size()) {
   rows_.normals = Field(sheet.particles, 3);
-  make_rows();
-}
-
-void BendingPotential::make_rows() {
-  const std::size_t owned = sheet_->particles.owned;
+  const std::size_t owned = sheet.particles.owned;
   const std::vector<PetscInt>& points = stencils_.points();
   const auto visit_uses = [&](const auto& take) {
     for (std::size_t s = 0; s < stencils_.stencils().size(); ++s) {
@@ -61,7 +55,7 @@ void BendingPotential::make_rows() {
       clamped_.push_back(s);
     }
   }
-  std::vector<PetscInt> last_row(sheet_->particles.local(), -1);
+  std::vector<PetscInt> last_row(sheet.particles.local(), -1);
   rows_.columns.reserve(13 * owned);  // of a regular net
   rows_.offsets.reserve(owned + 1);
   for (std::size_t i = 0; i < owned; ++i) {
@@ -82,7 +76,7 @@ void BendingPotential::make_rows() {
   sums_.assign(last_row.size(), 0);
 }
 
-void BendingPotential::update_rows() {
+void BendingPotential::update_hessian(const Field& /*x*/, Curvature /*curvature*/) {
   // A crack may change the weights and leave every stiffness as it is.
   bool is_same = fits_of_rows_ == stencils_.fits() && rows_of_.size() == stiffness_.size();
   rows_of_.resize(stiffness_.size());
@@ -152,12 +146,11 @@ void BendingPotential::begin_step(const ActiveSet& active, const Field& start, c
     const double curl = input.layer_distance > 0 ? (shrinkage[0] - shrinkage[1]) / input.layer_distance : 0;
     target_[s] = mean * stencil.rest + mean * mean * curl * Curvature3(1, 0, 1);
     stiffness_[s] = factor * stencil.area / (mean * mean) * by_direction;
-    reference_[s] = mean * mean * stencils_.area_vector(stencil, sheet_->rest).norm();
+    reference_[s] = mean * mean * stencils_.area_vector(stencil, sheet_->rest.data()).norm();
     if (is_damped()) {
-      const Positions x = positions_of(start);
       Dashpot& dashpot = dashpots_[s];
-      dashpot.normal = normal_at(s, x).direction;
-      dashpot.start = (second_derivatives(stencil, x).transpose() * dashpot.normal).array();
+      dashpot.normal = normal_at(s, start).direction;
+      dashpot.start = (second_derivatives(stencil, start).transpose() * dashpot.normal).array();
     }
   }
   rows_.along = is_damped() && (find_normals() || damping_ > weak_damping) ? damping_ : 0;
@@ -188,9 +181,9 @@ bool BendingPotential::find_normals() {
   return !on_any_rank(sheet_->comm(), differ);
 }
 
-BendingPotential::Normal BendingPotential::normal_at(std::size_t number, const Positions& x) const {
+BendingPotential::Normal BendingPotential::normal_at(std::size_t number, const Field& x) const {
   const Stencil& stencil = stencils_.stencils()[number];
-  const Eigen::Vector3d area = stencils_.area_vector(stencil, x);
+  const Eigen::Vector3d area = stencils_.area_vector(stencil, x.data());
   Normal normal;
   if (stencil.is_clamped) {
     normal.direction = area.normalized();
@@ -202,24 +195,16 @@ BendingPotential::Normal BendingPotential::normal_at(std::size_t number, const P
   return normal;
 }
 
-Eigen::Matrix3d BendingPotential::second_derivatives(const Stencil& stencil, const Positions& x) const {
+Eigen::Matrix3d BendingPotential::second_derivatives(const Stencil& stencil, const Field& x) const {
   Eigen::Matrix3d result = Eigen::Matrix3d::Zero();
   for (std::size_t p = stencil.first; p < stencil.last; ++p) {
-    result += x.col(stencils_.points()[p]) * stencils_.weights()[p].matrix().transpose();
+    result += x.vector(stencils_.points()[p]) * stencils_.weights()[p].matrix().transpose();
   }
   return result;
 }
 
-BendingPotential::Curvature3 BendingPotential::Dashpot::change(const Eigen::Matrix3d& second_derivatives) const {
-  return (second_derivatives.transpose() * normal).array() - start;
-}
-
-bool BendingPotential::needs_normal(std::size_t stencil) const {
-  return stencils_.stencils()[stencil].is_clamped || !target_[stencil].isZero(0);
-}
-
 Eigen::Matrix3d BendingPotential::residual(std::size_t number, const Eigen::Matrix3d& second_derivatives,
-                                           const Positions& x, Normal& normal) const {
+                                           const Field& x, Normal& normal) const {
   Eigen::Matrix3d result = second_derivatives;
   if (needs_normal(number)) {
     normal = normal_at(number, x);
@@ -237,8 +222,8 @@ double BendingPotential::value(const Field& x) const {
   for (std::size_t s = 0; s < stiffness_.size(); ++s) {
     const Stencil& stencil = stencils_.stencils()[s];
     if (stencil.centre < sheet_->particles.owned && stencil.area > 0) {
-      const Eigen::Matrix3d bent = second_derivatives(stencil, positions_of(x));
-      sum += energy(s, bent, residual(s, bent, positions_of(x), normal));
+      const Eigen::Matrix3d bent = second_derivatives(stencil, x);
+      sum += energy(s, bent, residual(s, bent, x, normal));
     }
   }
   check(PetscLogFlops(200.0 * static_cast<double>(stiffness_.size())));
@@ -250,7 +235,7 @@ double BendingPotential::viscous_energy(const Field& x) const {
   for (std::size_t s = 0; is_damped() && s < stiffness_.size(); ++s) {
     const Stencil& stencil = stencils_.stencils()[s];
     if (stencil.centre < sheet_->particles.owned && stencil.area > 0) {
-      const Eigen::Matrix3d bent = second_derivatives(stencil, positions_of(x));
+      const Eigen::Matrix3d bent = second_derivatives(stencil, x);
       sum += damping_ * (stiffness_[s] * dashpots_[s].change(bent).square()).sum() / 2;
     }
   }
@@ -270,15 +255,14 @@ double BendingPotential::energy(std::size_t number, const Eigen::Matrix3d& bent,
 double BendingPotential::add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const {
   const PetscInt owned = sheet_->particles.owned;
   double sum = 0;
-  const Positions positions = positions_of(x);
   Normal normal;
   for (std::size_t s = 0; s < stiffness_.size(); ++s) {
     const Stencil& stencil = stencils_.stencils()[s];
     if (stencil.area == 0) {
       continue;
     }
-    const Eigen::Matrix3d bent = second_derivatives(stencil, positions);
-    const Eigen::Matrix3d off_target = residual(s, bent, positions, normal);
+    const Eigen::Matrix3d bent = second_derivatives(stencil, x);
+    const Eigen::Matrix3d off_target = residual(s, bent, x, normal);
     sum += stencil.centre < owned ? energy(s, bent, off_target) : 0;
     const Eigen::Matrix3d moments = off_target * stiffness_[s].matrix().asDiagonal();
     Eigen::Matrix3d all_moments = moments;
@@ -299,8 +283,7 @@ double BendingPotential::add_value_and_gradient(const Field& x, Eigen::Matrix3Xd
         (by_normal - normal.direction.dot(by_normal) / length_of_flat * normal.direction) / normal.length;
     stencils_.visit_triangles(stencil, [&](const std::array<PetscInt, 3>& triangle) {
       const auto [a, b, c] = triangle;
-      const Eigen::Vector3d to_b = positions.col(b) - positions.col(a);
-      const Eigen::Vector3d to_c = positions.col(c) - positions.col(a);
+      const auto [to_b, to_c] = edges_of(x.data(), triangle);
       const Eigen::Vector3d at_b = to_c.cross(by_area);
       const Eigen::Vector3d at_c = by_area.cross(to_b);
       if (a < owned) {
@@ -363,7 +346,7 @@ template <class Take>
 void BendingPotential::visit_clamped(const Take& take) const {
   for (const std::size_t s : clamped_) {
     const Stencil& stencil = stencils_.stencils()[s];
-    const Eigen::Vector3d n = stencils_.area_vector(stencil, sheet_->rest).normalized();
+    const Eigen::Vector3d n = stencils_.area_vector(stencil, sheet_->rest.data()).normalized();
     for (std::size_t p = stencil.first; p < stencil.last; ++p) {
       const Curvature3 weighted = (1 + damping_) * stiffness_[s] * stencils_.weights()[p];
       for (std::size_t q = stencil.first; q < stencil.last; ++q) {

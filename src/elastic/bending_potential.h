@@ -27,8 +27,8 @@ namespace pellicle::elastic {
 /// sharp folds weak viscosity is in the Hessian in all directions.
 class BendingPotential : public Potential {
  public:
-  /// The sheet must outlive this object. @param clamped as for BendingStencils
-  BendingPotential(const Sheet& sheet, const Weave& weave, const std::vector<bool>& clamped);
+  /// The sheet must outlive this object. @param warp, clamped as for BendingStencils
+  BendingPotential(const Sheet& sheet, const Eigen::Vector3d& warp, const std::vector<bool>& clamped);
 
   /// Shrinkage and stiffness in a step, for the owned particles and the ghosts that stencils reach.
   struct Input {
@@ -46,7 +46,7 @@ class BendingPotential : public Potential {
   void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override { add_value_and_gradient(x, gradient); }
   double add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
   std::vector<VertexPair> pattern() const override;
-  void update_hessian(const Field& /*x*/, Curvature /*curvature*/) override { update_rows(); }
+  void update_hessian(const Field& x, Curvature curvature) override;
   void add_hessian(const HessianBlocks& blocks) const override;
   bool multiplies() const override { return true; }
   bool has_terms() const override { return true; }
@@ -60,29 +60,28 @@ class BendingPotential : public Potential {
  private:
   using Curvature3 = BendingStencils::Curvature3;
   using Stencil = BendingStencils::Stencil;
-  using Positions = Eigen::Map<const Eigen::Matrix3Xd>;
 
   /// The normal at a stencil, shorter than 1 in a sharp fold, with the length by which the area vector was divided.
   struct Normal {
     Eigen::Vector3d direction;
     double length = 1;  ///< of the area vector, bounded away from 0 [m^2]
   };
-  Normal normal_at(std::size_t stencil, const Positions& x) const;
+  Normal normal_at(std::size_t stencil, const Field& x) const;
   /// Energy of a stencil. @param bent, residual from `second_derivatives` and `residual`
   double energy(std::size_t stencil, const Eigen::Matrix3d& bent, const Eigen::Matrix3d& residual) const;
   /// B by columns.
-  Eigen::Matrix3d second_derivatives(const Stencil& stencil, const Positions& x) const;
+  Eigen::Matrix3d second_derivatives(const Stencil& stencil, const Field& x) const;
   /// r by columns. @param second_derivatives at x @param normal set if needs_normal
-  Eigen::Matrix3d residual(std::size_t stencil, const Eigen::Matrix3d& second_derivatives, const Positions& x,
+  Eigen::Matrix3d residual(std::size_t stencil, const Eigen::Matrix3d& second_derivatives, const Field& x,
                            Normal& normal) const;
-  bool needs_normal(std::size_t stencil) const;
+  bool needs_normal(std::size_t stencil) const {
+    return stencils_.stencils()[stencil].is_clamped || !target_[stencil].isZero(0);
+  }
   /// Calls `take` with both particles and the block, for all blocks of clamped stencils.
   template <class Take>
   void visit_clamped(const Take& take) const;
   bool is_damped() const { return damping_ > 0; }
   bool find_normals();
-  void make_rows();
-  void update_rows();
 
   const Sheet* sheet_;
   BendingStencils stencils_;
@@ -94,7 +93,9 @@ class BendingPotential : public Potential {
     Eigen::Vector3d normal = Eigen::Vector3d::Zero();
     Curvature3 start = Curvature3::Zero();  ///< n . B at the start of the step [1/m]
     /// n . (B - B_start)
-    Curvature3 change(const Eigen::Matrix3d& second_derivatives) const;
+    Curvature3 change(const Eigen::Matrix3d& second_derivatives) const {
+      return (second_derivatives.transpose() * normal).array() - start;
+    }
   };
   std::vector<Dashpot> dashpots_;
   double damping_ = 0;                  ///< viscosity over stiffness and length of the step

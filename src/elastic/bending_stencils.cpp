@@ -54,16 +54,13 @@ Terms pseudo_inverse(const Terms& terms) {
 
 }  // namespace
 
-BendingStencils::BendingStencils(const Sheet& sheet, const Weave& weave, const std::vector<bool>& clamped)
-    : sheet_(&sheet), warp_(weave.warp), cell_area_(cell_areas(sheet)), stencil_of_(sheet.particles.local(), -1) {
+BendingStencils::BendingStencils(const Sheet& sheet, const Eigen::Vector3d& warp, const std::vector<bool>& clamped)
+    : sheet_(&sheet), warp_(warp_of(sheet, warp)), cell_area_(cell_areas(sheet)) {
   const std::size_t particles = sheet.particles.local();
   std::vector<bool> is_near(particles, false);  // itself or a neighbour is this rank's
   std::fill_n(is_near.begin(), sheet.particles.owned, true);
-  for (const SpringSet& set : sheet.springs) {
-    if (&set == &sheet.of(Colour::yellow)) {
-      continue;
-    }
-    for (const auto& [a, b] : set.ends) {
+  for (const Colour colour : {Colour::red, Colour::green, Colour::blue}) {
+    for (const auto& [a, b] : sheet.of(colour).ends) {
       if (a < sheet.particles.owned || b < sheet.particles.owned) {
         is_near[a] = true;
         is_near[b] = true;
@@ -95,37 +92,34 @@ BendingStencils::BendingStencils(const Sheet& sheet, const Weave& weave, const s
 }
 
 void BendingStencils::begin_stencil(PetscInt centre) {
-  stencil_of_[centre] = static_cast<PetscInt>(stencils_.size());
-  Stencil stencil;
+  Stencil& stencil = stencils_.emplace_back();
   stencil.centre = centre;
   stencil.first = points_.size();
   stencil.first_triangle = triangles_.size();
-  stencils_.push_back(stencil);
   add_point(centre, {-1, -1});
 }
 
 void BendingStencils::add_point(PetscInt particle, Support support) {
   points_.push_back(particle);
   support_.push_back(support);
+  stencils_.back().last = points_.size();
 }
 
-void BendingStencils::end_stencil() {
-  stencils_.back().last = points_.size();
+void BendingStencils::add_triangle(PetscInt triangle) {
+  triangles_.push_back(triangle);
   stencils_.back().last_triangle = triangles_.size();
 }
 
 void BendingStencils::add_lattice(PetscInt cell, const std::vector<PetscInt>& beyond) {
-  const std::size_t c = cell;
-  begin_stencil(sheet_->lattice[c]);
-  for (std::size_t k = 0; k < 4; ++k) {
-    add_point(sheet_->cells[c][k], {-1, -1});
-    const PetscInt other = beyond[4 * c + k];
-    if (other >= 0) {
-      add_point(sheet_->lattice[other / 4], {4 * cell + static_cast<PetscInt>(k), other});
+  begin_stencil(sheet_->lattice[cell]);
+  for (PetscInt k = 0; k < 4; ++k) {
+    add_point(sheet_->cells[cell][k], {-1, -1});
+    const PetscInt side = 4 * cell + k;
+    if (const PetscInt other = beyond[side]; other >= 0) {
+      add_point(sheet_->lattice[other / 4], {side, other});
     }
-    triangles_.push_back(4 * cell + static_cast<PetscInt>(k));
+    add_triangle(side);
   }
-  end_stencil();
 }
 
 void BendingStencils::add_corner(PetscInt corner, Incidence::Range cells, bool is_clamped) {
@@ -163,12 +157,12 @@ void BendingStencils::add_corner(PetscInt corner, Incidence::Range cells, bool i
     const PetscInt first = 4 * cell + k;
     const PetscInt last = 4 * cell + (k + 3) % 4;
     add_point(sheet_->lattice[cell], {first, last});
-    triangles_.insert(triangles_.end(), {first, last});
+    add_triangle(first);
+    add_triangle(last);
   }
   for (const auto& [neighbour, support] : neighbours) {
     add_point(neighbour, support);
   }
-  end_stencil();
 }
 
 bool BendingStencils::find_part(const Stencil& stencil, const ActiveSet& active, std::vector<bool>& takes_part) const {
@@ -211,9 +205,9 @@ void BendingStencils::update(const ActiveSet& active) {
   }
   active_before_ = active.triangles;
   cracked_before_ = active.cracked;
+  std::vector<bool> is_used(sheet_->particles.local(), false);  // the stencil of each particle
   std::vector<bool> takes_part;
   for (Stencil& stencil : stencils_) {
-    stencil.area = 0;
     if (!find_part(stencil, active, takes_part)) {
       continue;
     }
@@ -223,26 +217,22 @@ void BendingStencils::update(const ActiveSet& active) {
       fit(stencil);
       ++fits_;
     }
-    stencil.area = stencil.is_determined ? 1 : 0;
+    is_used[stencil.centre] = stencil.is_determined;
   }
-  const auto is_used = [this](PetscInt particle) {
-    const PetscInt number = stencil_of_[particle];
-    return number >= 0 && stencils_[number].area > 0;
-  };
   // A cell's area goes to its lattice point, an eighth of it to each corner whose stencil it takes part in.
-  std::vector<double> area(stencil_of_.size(), 0);
+  std::vector<double> area(is_used.size(), 0);
   for (std::size_t cell = 0; cell < sheet_->cells.size(); ++cell) {
     const double eighth = cell_area_[cell] / 8;
     area[sheet_->lattice[cell]] += 4 * eighth;
     for (std::size_t k = 0; k < 4; ++k) {
       const PetscInt corner = sheet_->cells[cell][k];
       const bool takes_part =
-          is_used(corner) && active.triangles[4 * cell + k] && active.triangles[4 * cell + (k + 3) % 4];
+          is_used[corner] && active.triangles[4 * cell + k] && active.triangles[4 * cell + (k + 3) % 4];
       area[takes_part ? corner : sheet_->lattice[cell]] += eighth;
     }
   }
   for (Stencil& stencil : stencils_) {
-    stencil.area *= area[stencil.centre];
+    stencil.area = is_used[stencil.centre] ? area[stencil.centre] : 0;
   }
 }
 
@@ -253,46 +243,41 @@ void BendingStencils::fit(Stencil& stencil) {
       counts_[t] = takes_part(stencil.first + 1 + (t - stencil.first_triangle) / 2);
     }
   }
-  const std::size_t count = stencil.last - stencil.first;
-  std::fill_n(weights_.begin() + static_cast<std::ptrdiff_t>(stencil.first), count, Curvature3::Zero());
+  std::fill_n(weights_.begin() + static_cast<std::ptrdiff_t>(stencil.first), stencil.last - stencil.first,
+              Curvature3::Zero());
   stencil.rest.setZero();
   const Eigen::Vector3d centre = sheet_->rest.col(stencil.centre);
-  const Eigen::Vector3d normal = area_vector(stencil, sheet_->rest).normalized();
+  const Eigen::Vector3d normal = area_vector(stencil, sheet_->rest.data()).normalized();
   const Eigen::Vector3d along = warp_.col(stencil.centre);
   const Eigen::Vector3d warp = (along - normal.dot(along) * normal).normalized();
   const Eigen::Vector3d weft = normal.cross(warp);
   const auto arm = [&](std::size_t point) -> Eigen::Vector3d { return sheet_->rest.col(points_[point]) - centre; };
   const auto in_plane = [&](std::size_t point) { return Eigen::Vector2d(warp.dot(arm(point)), weft.dot(arm(point))); };
-  const auto visit = [&](const auto& take) {  // the points that take part, but for the centre
-    for (std::size_t point = stencil.first + 1; point < stencil.last; ++point) {
-      if (takes_part(point)) {
-        take(point);
-      }
-    }
-  };
-  Eigen::Index used = 0;
+  std::vector<std::size_t> used;  // the points that take part, but for the centre
   double squares = 0;
-  visit([&](std::size_t point) {
-    ++used;
-    squares += in_plane(point).squaredNorm();
-  });
-  const double length = std::sqrt(squares / static_cast<double>(1 + used));
+  for (std::size_t point = stencil.first + 1; point < stencil.last; ++point) {
+    if (takes_part(point)) {
+      used.push_back(point);
+      squares += in_plane(point).squaredNorm();
+    }
+  }
+  const double length = std::sqrt(squares / static_cast<double>(1 + used.size()));
   if (length == 0) {
     return;
   }
-  Terms terms(5, used);
-  Eigen::Index column = 0;
-  visit([&](std::size_t point) { terms.col(column++) = terms_at(in_plane(point) / length, stencil.is_clamped); });
-  const bool is_fan = !is_lattice && !stencil.is_clamped && used % 2 == 1;  // one neighbour more than cells
+  Terms terms(5, used.size());
+  for (std::size_t k = 0; k < used.size(); ++k) {
+    terms.col(k) = terms_at(in_plane(used[k]) / length, stencil.is_clamped);
+  }
+  const bool is_fan = !is_lattice && !stencil.is_clamped && used.size() % 2 == 1;  // one neighbour more than cells
   stencil.is_determined = !is_fan || determine_surface(terms);
   const Terms inverse = pseudo_inverse(terms);
-  column = 0;
-  visit([&](std::size_t point) {
-    const Curvature3 weight = inverse.col(column++).tail<3>() / (length * length);
-    weights_[point] = weight;
+  for (std::size_t k = 0; k < used.size(); ++k) {
+    const Curvature3 weight = inverse.col(k).tail<3>() / (length * length);
+    weights_[used[k]] = weight;
     weights_[stencil.first] -= weight;
-    stencil.rest += weight * normal.dot(arm(point));
-  });
+    stencil.rest += weight * normal.dot(arm(used[k]));
+  }
 }
 
 }  // namespace pellicle::elastic

@@ -7,6 +7,7 @@
 #include "elastic/sheet_springs.h"
 #include "surface/active_set.h"
 #include "surface/incidence.h"
+#include "surface/membrane.h"
 #include "surface/sheet.h"
 
 namespace pellicle::elastic {
@@ -40,9 +41,9 @@ class BendingStencils {
     Curvature3 rest = Curvature3::Zero();  ///< B of the undeformed sheet [1/m]
   };
 
-  /// The sheet must outlive the stencils.
+  /// The sheet must outlive the stencils. @param warp direction as for warp_of
   /// @param clamped local particles at which an edge keeps its tangent plane
-  BendingStencils(const Sheet& sheet, const Weave& weave, const std::vector<bool>& clamped);
+  BendingStencils(const Sheet& sheet, const Eigen::Vector3d& warp, const std::vector<bool>& clamped);
 
   /// Adapts the stencils to burnt triangles and cracks. Not collective.
   void update(const ActiveSet& active);
@@ -66,23 +67,18 @@ class BendingStencils {
     }
   }
 
-  /// Sum of the areas times normals of the triangles round a centre, doubled [m^2].
-  template <class Positions>
-  Eigen::Vector3d area_vector(const Stencil& stencil, const Positions& x) const {
-    return stencil.is_clamped ? sum_of_areas(stencil, sheet_->rest) : sum_of_areas(stencil, x);
-  }
-
- private:
-  template <class Positions>
-  Eigen::Vector3d sum_of_areas(const Stencil& stencil, const Positions& x) const {
+  /// Sum of the areas times normals of the triangles round a centre, doubled; of the undeformed sheet at a clamp [m^2].
+  /// @param positions of the local particles, (3 x local) [m]
+  Eigen::Vector3d area_vector(const Stencil& stencil, const double* positions) const {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     visit_triangles(stencil, [&](const std::array<PetscInt, 3>& triangle) {
-      const Eigen::Vector3d corner = x.col(triangle[0]);
-      sum += (x.col(triangle[1]) - corner).cross(x.col(triangle[2]) - corner);
+      const auto [e12, e13] = edges_of(stencil.is_clamped ? sheet_->rest.data() : positions, triangle);
+      sum += e12.cross(e13);
     });
     return sum;
   }
 
+ private:
   /// Condition for a point of a stencil to take part. For a lattice point beside a cell or a corner: two triangles,
   /// both of which must live, or -1; beside a cell the side between them must not have cracked. For a neighbour of a
   /// corner: the numbers in the stencil of the one or two lattice points beside it, one of which must take part.
@@ -92,7 +88,7 @@ class BendingStencils {
   void add_corner(PetscInt corner, Incidence::Range cells, bool is_clamped);
   void begin_stencil(PetscInt centre);
   void add_point(PetscInt particle, Support support);
-  void end_stencil();
+  void add_triangle(PetscInt triangle);
   bool find_part(const Stencil& stencil, const ActiveSet& active, std::vector<bool>& takes_part) const;
   void fit(Stencil& stencil);
 
@@ -103,10 +99,9 @@ class BendingStencils {
   std::vector<PetscInt> points_;
   std::vector<Curvature3> weights_;
   std::vector<Support> support_;
-  std::vector<PetscInt> triangles_;   ///< numbers of the surface triangles round the centres
-  std::vector<bool> counts_;          ///< whether each of these triangles took part in the last fit
-  std::vector<bool> takes_part_;      ///< whether each point took part in the last fit
-  std::vector<PetscInt> stencil_of_;  ///< of each local particle, -1: none
+  std::vector<PetscInt> triangles_;  ///< numbers of the surface triangles round the centres
+  std::vector<bool> counts_;         ///< whether each of these triangles took part in the last fit
+  std::vector<bool> takes_part_;     ///< whether each point took part in the last fit
   std::vector<bool> active_before_;
   std::vector<bool> cracked_before_;
   std::size_t fits_ = 0;

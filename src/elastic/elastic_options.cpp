@@ -5,13 +5,6 @@
 
 namespace pellicle::elastic {
 
-namespace {
-
-constexpr double default_tensile_stiffness = 1000;  // [N/m]
-constexpr double default_bending_stiffness = 1e-3;  // [N m]
-
-}  // namespace
-
 void describe(OptionTable& table, SheetMaterial& options) {
   const char* const readings = "docs/sheets.md";
   table.add("sheet.tensile_stiffness", options.tensile_stiffness, Rules("N/m").more_than(0),
@@ -67,8 +60,8 @@ Stiffness stiffness_of(const SheetMaterial& options) {
   if (options.warp.isZero(0)) {
     throw Error("sheet.warp: [0, 0, 0] has no direction, expected a vector other than zero");
   }
-  double tensile = default_tensile_stiffness;
-  double bending = default_bending_stiffness;
+  double tensile = 1000;  // [N/m]
+  double bending = 1e-3;  // [N m]
   std::optional<double> shear;
   if (options.young_modulus) {
     const double thickness = *options.physical_thickness;

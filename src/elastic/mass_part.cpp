@@ -37,14 +37,6 @@ double Inertia::add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gradien
   return sum / 2;
 }
 
-std::vector<VertexPair> Inertia::pattern() const {
-  std::vector<VertexPair> pairs;
-  for (PetscInt i = 0; i < vertices_.owned; ++i) {
-    pairs.push_back({i, vertices_.to_global(i)});
-  }
-  return pairs;
-}
-
 void Inertia::add_hessian(const HessianBlocks& blocks) const {
   for (std::size_t i = 0; i < rows_.entries.size(); ++i) {
     blocks.add(i, rows_.entries[i] * Eigen::Matrix3d::Identity());
@@ -56,7 +48,8 @@ MassPart::MassPart(const Surface& surface, const std::vector<bool>& pinned, doub
     : PartOfPotentials(surface.particles, surface.triangles, tolerance),
       surface_(surface),
       inertia_(surface.particles),
-      projectors_(pinned.size()) {
+      projectors_(pinned.size()),
+      h_(usual_h) {
   potentials_.push_back(&inertia_);
   potentials_.insert(potentials_.end(), others.begin(), others.end());
   for (std::size_t i = 0; i < pinned.size(); ++i) {
@@ -64,12 +57,10 @@ MassPart::MassPart(const Surface& surface, const std::vector<bool>& pinned, doub
       projectors_.bind(i, Eigen::Matrix3d::Zero());
     }
   }
-  length_scale_ = surface.rest.cols() > 0 ? surface.rest.cwiseAbs().maxCoeff() : 0;
-  length_scale_ = max_over_ranks(surface.comm(), length_scale_);
+  length_scale_ = max_over_ranks(surface.comm(), surface.rest.cols() > 0 ? surface.rest.cwiseAbs().maxCoeff() : 0.0);
   const double mass =
       std::accumulate(surface.initial_mass.begin(), surface.initial_mass.begin() + surface.particles.owned, 0.0);
   mean_mass_ = sum_over_ranks(surface.comm(), mass) / static_cast<double>(surface.particles.global);
-  h_ = usual_h;
   force_scale_ = mean_mass_ / (usual_h * usual_h) * length_scale_;
 }
 

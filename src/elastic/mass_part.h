@@ -1,9 +1,9 @@
 #pragma once
 
-#include <array>
 #include <vector>
 
 #include "energies/part_of_potentials.h"
+#include "energies/vertex_potential.h"
 #include "geometry/projectors.h"
 #include "parallel/field.h"
 #include "surface/surface.h"
@@ -33,7 +33,7 @@ class Inertia : public Potential {
   double value(const Field& x) const override;
   void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override { add_value_and_gradient(x, gradient); }
   double add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
-  std::vector<VertexPair> pattern() const override;
+  std::vector<VertexPair> pattern() const override { return pairs_of_vertices(vertices_); }
   void update_hessian(const Field& /*x*/, Curvature /*curvature*/) override {}
   void add_hessian(const HessianBlocks& blocks) const override;
   bool multiplies() const override { return true; }

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "geometry/pressure_load.h"
+#include "surface/membrane.h"
 #include "surface/opposite_sides.h"
 
 namespace pellicle::elastic {
@@ -15,45 +16,27 @@ double factor_at(const std::vector<double>& factors, const std::array<PetscInt, 
   return factors.empty() ? 1 : (factors[ends[0]] + factors[ends[1]]) / 2;
 }
 
-/// Elastic moduli of an evenly strained net.
-struct NetStiffness {
-  std::array<double, 2> normal{};  ///< C11 and C22 [N/m]
-  double shear = 0;                ///< G [N/m]
-
-  NetStiffness(const Stiffness& stiffness, double tensile_factor, double shear_factor)
-      : shear(shear_factor * stiffness.shear) {
-    const double warp = tensile_factor * stiffness.tensile[0];
-    const double weft = tensile_factor * stiffness.tensile[1];
-    const double both = warp * weft > 0 ? (1 + std::sqrt(1 + 4 * shear * shear / (warp * weft))) / 2 : 1;
-    normal = {both * warp, both * weft};
-  }
-};
-
 }  // namespace
 
-Weave weave_of(const Sheet& sheet, const Eigen::Vector3d& warp_direction) {
-  Weave weave;
-  weave.normal.setZero(3, sheet.particles.local());
-  for (const auto& [a, b, c] : sheet.triangles) {
-    const Eigen::Vector3d area = (sheet.rest.col(b) - sheet.rest.col(a)).cross(sheet.rest.col(c) - sheet.rest.col(a));
-    for (const PetscInt i : {a, b, c}) {
-      weave.normal.col(i) += area;
+Eigen::Matrix3Xd warp_of(const Sheet& sheet, const Eigen::Vector3d& direction) {
+  Eigen::Matrix3Xd normal = Eigen::Matrix3Xd::Zero(3, sheet.particles.local());
+  for (const std::array<PetscInt, 3>& triangle : sheet.triangles) {
+    const auto [e12, e13] = edges_of(sheet.rest.data(), triangle);
+    for (const PetscInt i : triangle) {
+      normal.col(i) += e12.cross(e13);
     }
   }
-  weave.normal.colwise().normalize();
-  weave.warp.resizeLike(weave.normal);
+  normal.colwise().normalize();
+  Eigen::Matrix3Xd warp(3, normal.cols());
   constexpr double upright = 1e-3;  // sine of the angle below which a direction counts as normal to the surface
-  const Eigen::Vector3d wanted = warp_direction.stableNormalized();
+  const Eigen::Vector3d wanted = direction.stableNormalized();
   const Eigen::Vector3d next(wanted.z(), wanted.x(), wanted.y());
-  for (Eigen::Index i = 0; i < weave.normal.cols(); ++i) {
-    const Eigen::Vector3d n = weave.normal.col(i);
-    const auto in_plane = [&n](const Eigen::Vector3d& direction) {
-      return Eigen::Vector3d(direction - n.dot(direction) * n);
-    };
-    const Eigen::Vector3d warp = in_plane(wanted);
-    weave.warp.col(i) = (warp.norm() > upright ? warp : in_plane(next)).normalized();
+  for (Eigen::Index i = 0; i < normal.cols(); ++i) {
+    const Eigen::Vector3d n = normal.col(i);
+    const Eigen::Vector3d in_plane = wanted - n.dot(wanted) * n;
+    warp.col(i) = (in_plane.norm() > upright ? in_plane : Eigen::Vector3d(next - n.dot(next) * n)).normalized();
   }
-  return weave;
+  return warp;
 }
 
 std::vector<double> cell_areas(const Sheet& sheet) {
@@ -74,9 +57,10 @@ std::vector<PetscInt> sides_beyond(const Sheet& sheet) {
   return opposite_sides(corners, 4);
 }
 
-SheetSprings::SheetSprings(const Sheet& sheet, const Stiffness& stiffness, const Weave& weave,
+SheetSprings::SheetSprings(const Sheet& sheet, const Stiffness& stiffness, const Eigen::Vector3d& warp,
                            const MaterialFactors& factors)
     : sheet_(&sheet), cell_area_(cell_areas(sheet)), beyond_(sides_beyond(sheet)) {
+  const Eigen::Matrix3Xd warps = warp_of(sheet, warp);
   for (const Colour colour : all_colours) {
     const SpringSet& set = sheet.of(colour);
     std::vector<double>& per_area = per_area_[static_cast<std::size_t>(colour)];
@@ -91,34 +75,33 @@ SheetSprings::SheetSprings(const Sheet& sheet, const Stiffness& stiffness, const
       if ((is_ghost && std::min(ends[0], ends[1]) >= sheet.particles.owned) || squared_length == 0) {
         continue;
       }
-      const NetStiffness net(stiffness, factor_at(factors.tensile, ends), factor_at(factors.shear, ends));
+      const double shear = factor_at(factors.shear, ends) * stiffness.shear;  // G
       if (colour == Colour::yellow) {
-        per_area[s] = net.shear / squared_length;
+        per_area[s] = shear / squared_length;
         continue;
       }
-      double cell_area = 0;  // the mean
-      int triangles = 0;
-      for (std::size_t k = 0; k < 2; ++k) {
-        if (set.triangles[s][k] >= 0) {
-          cell_area += cell_area_[set.triangles[s][k] / 4];
-          ++triangles;
-        }
-      }
-      cell_area /= triangles;
+      const auto& triangles = set.triangles[s];
       if (colour == Colour::red) {
-        const auto& c = sheet.cells[set.triangles[s][0] / 4];
+        const auto& c = sheet.cells[triangles[0] / 4];
         const Eigen::Vector3d first = sheet.rest.col(c[2]) - sheet.rest.col(c[0]);
         const Eigen::Vector3d second = sheet.rest.col(c[3]) - sheet.rest.col(c[1]);
         // Diagonals that are far from perpendicular to each other change little in a shear along the sides.
         const double squared_sine = first.cross(second).squaredNorm() / (first.squaredNorm() * second.squaredNorm());
-        per_area[s] = 2 * net.shear / (squared_length * squared_sine);
+        per_area[s] = 2 * shear / (squared_length * squared_sine);
         continue;
       }
-      const Eigen::Vector3d warp = weave.warp.col(ends[0]) + weave.warp.col(ends[1]);
-      const double along = std::pow(arm.dot(warp), 2) / (squared_length * warp.squaredNorm());
-      const double normal = net.normal[0] * along + net.normal[1] * (1 - along);
-      const double aspect = squared_length / cell_area;
-      const double of_diagonals = net.shear * aspect * aspect;
+      const Eigen::Vector3d both_warps = warps.col(ends[0]) + warps.col(ends[1]);
+      const double along = std::pow(arm.dot(both_warps), 2) / (squared_length * both_warps.squaredNorm());
+      const double tensile_factor = factor_at(factors.tensile, ends);
+      const double of_warp = tensile_factor * stiffness.tensile[0];
+      const double of_weft = tensile_factor * stiffness.tensile[1];
+      const double product = of_warp * of_weft;
+      const double excess = product > 0 ? (1 + std::sqrt(1 + 4 * shear * shear / product)) / 2 : 1;
+      const double normal = excess * of_warp * along + excess * of_weft * (1 - along);  // between C11 and C22
+      const auto area_at = [this](PetscInt triangle) { return triangle >= 0 ? cell_area_[triangle / 4] : 0; };
+      const int sides = (triangles[0] >= 0 ? 1 : 0) + (triangles[1] >= 0 ? 1 : 0);
+      const double aspect = squared_length / ((area_at(triangles[0]) + area_at(triangles[1])) / sides);
+      const double of_diagonals = shear * aspect * aspect;
       per_area[s] = std::max(0.0, normal - of_diagonals) / squared_length;
       if (!is_ghost && normal > 0) {
         largest_excess_ = std::max(largest_excess_, of_diagonals / normal);

@@ -22,14 +22,9 @@ std::vector<PetscInt> sides_beyond(const Sheet& sheet);
 /// Undeformed areas of the local cells [m^2].
 std::vector<double> cell_areas(const Sheet& sheet);
 
-/// Directions of warp and weft at each local particle, in its tangent plane.
-struct Weave {
-  Eigen::Matrix3Xd warp;
-  Eigen::Matrix3Xd normal;
-};
-
-/// @param warp_direction need not be a unit vector or lie in the surface
-Weave weave_of(const Sheet& sheet, const Eigen::Vector3d& warp_direction);
+/// Direction of the warp at each local particle, in its tangent plane, (3 x local).
+/// @param direction of the warp; it need not be a unit vector or lie in the surface
+Eigen::Matrix3Xd warp_of(const Sheet& sheet, const Eigen::Vector3d& direction);
 
 /// Stiffness of each local spring by colour [N/m], so that the net has given tensile and shear stiffness.
 ///
@@ -48,8 +43,9 @@ Weave weave_of(const Sheet& sheet, const Eigen::Vector3d& warp_direction);
 /// particle of this rank, have none.
 class SheetSprings {
  public:
-  /// The sheet must outlive this object.
-  SheetSprings(const Sheet& sheet, const Stiffness& stiffness, const Weave& weave, const MaterialFactors& factors);
+  /// The sheet must outlive this object. @param warp direction as for warp_of
+  SheetSprings(const Sheet& sheet, const Stiffness& stiffness, const Eigen::Vector3d& warp,
+               const MaterialFactors& factors);
 
   /// Largest ratio, over this rank's springs, of the stiffness along a side to the given one: 1, or more where the
   /// diagonals of long cells alone are stiffer.

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 #include <tuple>
 
 #include "base/error.h"
@@ -51,33 +50,19 @@ StrainLimit::Law StrainLimit::at(double length, double target) const {
 }
 
 SpringPotential::SpringPotential(const Sheet& sheet) : sheet_(&sheet) {
-  const PetscInt owned = sheet.particles.owned;
-  const auto visit = [&](const auto& take) {
-    for (const Colour colour : all_colours) {
-      const SpringSet& set = sheet.of(colour);
-      for (std::size_t s = 0; s < set.ends.size(); ++s) {
-        const auto [a, b] = std::minmax(set.ends[s][0], set.ends[s][1]);
-        const auto number = static_cast<PetscInt>(s);
-        if (number < set.owned() || a < owned) {
-          take(Spring{a, b, number, colour, 0, set.initial_length[s], 0});
-        }
+  for (const Colour colour : all_colours) {
+    const SpringSet& set = sheet.of(colour);
+    for (PetscInt s = 0; s < set.local(); ++s) {
+      const auto [a, b] = std::minmax(set.ends[s][0], set.ends[s][1]);
+      if (s < set.owned() || a < sheet.particles.owned) {
+        springs_.push_back({a, b, s, colour, 0, set.initial_length[s], 0});
       }
     }
-  };
-  // Springs near each other in the sheet are near in memory: in the order of their ends.
-  std::vector<std::size_t> next(static_cast<std::size_t>(sheet.particles.local()) + 1, 0);  // place, by the first end
-  visit([&next](const Spring& spring) { ++next[static_cast<std::size_t>(spring.a) + 1]; });
-  std::partial_sum(next.begin(), next.end(), next.begin());
-  springs_.resize(next.back());
-  visit([&](const Spring& spring) { springs_[next[spring.a]++] = spring; });
-  std::size_t first = 0;
-  for (const std::size_t last : next) {
-    std::sort(springs_.begin() + static_cast<std::ptrdiff_t>(first),
-              springs_.begin() + static_cast<std::ptrdiff_t>(last), [](const Spring& one, const Spring& other) {
-                return std::tie(one.b, one.colour) < std::tie(other.b, other.colour);
-              });
-    first = last;
   }
+  // Springs near each other in the sheet are near in memory: in the order of their ends.
+  std::sort(springs_.begin(), springs_.end(), [](const Spring& one, const Spring& other) {
+    return std::tie(one.a, one.b, one.colour, one.number) < std::tie(other.a, other.b, other.colour, other.number);
+  });
   hessian_.reserve(springs_.size());
 }
 

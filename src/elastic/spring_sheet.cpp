@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numeric>
 
 #include "base/error.h"
@@ -44,12 +45,11 @@ SpringSheet::SpringSheet(const Sheet& sheet, const SpringOptions& options, const
 }
 
 const std::array<std::vector<double>, 4>& SpringSheet::stiffness(const ActiveSet& active) {
-  for (const Colour colour : all_colours) {
-    const auto index = static_cast<std::size_t>(colour);
-    equal_stiffnesses_[index].resize(active.springs[index].size());
-    for (std::size_t s = 0; s < active.springs[index].size(); ++s) {
-      equal_stiffnesses_[index][s] = active.springs[index][s] ? equal_stiffness_ : 0;
-    }
+  for (std::size_t colour = 0; colour < all_colours.size(); ++colour) {
+    const std::vector<bool>& lives = active.springs[colour];
+    equal_stiffnesses_[colour].resize(lives.size());
+    std::transform(lives.begin(), lives.end(), equal_stiffnesses_[colour].begin(),
+                   [this](bool is_alive) { return is_alive ? equal_stiffness_ : 0; });
   }
   return equal_stiffnesses_;
 }
@@ -111,12 +111,10 @@ double SpringSheet::rounding() const {
 
 const std::array<std::vector<bool>, 4>& SpringSheet::bearing_springs(const ActiveSet& active) {
   const std::array<std::vector<double>, 4>& stiffness = this->stiffness(active);
-  for (const Colour colour : all_colours) {
-    const auto index = static_cast<std::size_t>(colour);
-    bears_[index].resize(sheet_.of(colour).owned());
-    for (PetscInt s = 0; s < sheet_.of(colour).owned(); ++s) {
-      bears_[index][s] = stiffness[index][s] > 0;
-    }
+  for (std::size_t colour = 0; colour < all_colours.size(); ++colour) {
+    bears_[colour].resize(sheet_.springs[colour].owned());
+    std::transform(stiffness[colour].begin(), stiffness[colour].begin() + sheet_.springs[colour].owned(),
+                   bears_[colour].begin(), [](double of_spring) { return of_spring > 0; });
   }
   return bears_;
 }
@@ -128,5 +126,38 @@ double SpringSheet::elastic_energy(const Field& positions) const {
 double SpringSheet::viscous_work(const Field& positions) const {
   return sum_over_ranks(sheet_.comm(), -2 * own_viscous_energy(positions));
 }
+
+ElasticSheet::ElasticSheet(const Sheet& sheet, const SheetMaterial& material, double layer_distance,
+                           const MaterialFactors& factors, const std::vector<bool>& pinned,
+                           const std::vector<bool>& clamped, const ElasticOptions& options,
+                           const std::vector<Potential*>& others)
+    : SpringSheet(sheet, material.damping, options.snes_rtol, pinned, options.usual_h, others),
+      layer_distance_(layer_distance),
+      bending_factor_(factors.bending),
+      material_(sheet, stiffness_of(material), material.warp, factors),
+      bending_(sheet, material.warp, clamped) {
+  const Stiffness stiffness = stiffness_of(material);
+  bending_stiffness_ = stiffness.bending;
+  potentials_.insert(potentials_.begin() + 1, &bending_);
+  if (options.strain_limit) {
+    limit_ = StrainLimit{*options.strain_limit, std::max(stiffness.tensile[0], stiffness.tensile[1])};
+  }
+  if (bending_factor_.empty()) {
+    bending_factor_.assign(sheet.particles.local(), 1);
+  }
+  set_scales();
+}
+
+void ElasticSheet::set_shape(const SheetInput& input) {
+  SpringSheet::set_shape(input);
+  springs_.set_limit(limit_, input.target_length, input.active.springs);
+  bent_factor_.resize(bending_factor_.size());
+  std::transform(bending_factor_.begin(), bending_factor_.end(), input.stiffness_factor.begin(), bent_factor_.begin(),
+                 std::multiplies<>());
+  bending_.begin_step(input.active, input.y_v,
+                      {input.shrinkage, layer_distance_, bending_stiffness_, bent_factor_, damping_ / input.damping_h});
+}
+
+double ElasticSheet::largest_excess() const { return max_over_ranks(sheet_.comm(), material_.largest_excess()); }
 
 }  // namespace pellicle::elastic

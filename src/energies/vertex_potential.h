@@ -16,6 +16,15 @@ struct PointPotential {
   Eigen::Matrix3d hessian = Eigen::Matrix3d::Zero();   ///< positive semi-definite [N/m]
 };
 
+/// The pattern of a Hessian that couples no two vertices: the owned ones, each with itself.
+inline std::vector<VertexPair> pairs_of_vertices(const Layout& vertices) {
+  std::vector<VertexPair> pairs;
+  for (PetscInt i = 0; i < vertices.owned; ++i) {
+    pairs.push_back({i, vertices.to_global(i)});
+  }
+  return pairs;
+}
+
 /// Potential sum_i f(i, x_i) over single vertices, without communication.
 /// @tparam Function called with an owned vertex and its position [m], returns a PointPotential
 template <class Function>
@@ -48,13 +57,7 @@ class VertexPotential : public Potential {
     return sum;
   }
 
-  std::vector<VertexPair> pattern() const override {
-    std::vector<VertexPair> pairs;
-    for (PetscInt i = 0; i < vertices_.owned; ++i) {
-      pairs.push_back({i, vertices_.to_global(i)});
-    }
-    return pairs;
-  }
+  std::vector<VertexPair> pattern() const override { return pairs_of_vertices(vertices_); }
 
   void update_hessian(const Field& x, Curvature /*curvature*/) override {
     hessian_.resize(vertices_.owned);

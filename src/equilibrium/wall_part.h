@@ -10,7 +10,6 @@
 #include "contact/body_contact.h"
 #include "energies/part_of_potentials.h"
 #include "equilibrium/time_scheme.h"
-#include "prism/damping_potential.h"
 #include "prism/prism_elements.h"
 #include "prism/prism_options.h"
 #include "prism/wall_potential.h"

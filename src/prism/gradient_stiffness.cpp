@@ -46,10 +46,9 @@ Eigen::Matrix2d shear_moduli(const EnergyDensity& psi, double p, const Eigen::Ma
 }
 
 // Operations an element: of gradient_action (edges, strain, stress, forces; the shear stress where the director is left
-// out) with the change of sign, and of the pressure.
+// out), and of the pressure.
 double product_flops(Director director, bool has_pressure) {
-  return 18 + 22 + 58 + 22 + 9 + (director == Director::left_out ? 28 : 0) +
-         (has_pressure ? 1 + 12 + 2 * 9 + 6 + 9 : 0);
+  return 18 + 22 + 58 + 22 + (director == Director::left_out ? 28 : 0) + (has_pressure ? 1 + 12 + 2 * 9 + 6 + 9 : 0);
 }
 
 }  // namespace
@@ -82,7 +81,7 @@ GradientElement gradient_element(const Material& material, ThicknessRule rule, c
 }
 
 void gradient_action(const GradientElement& element, Director director, const Eigen::Vector3d w[3],
-                     Eigen::Vector3d df[3]) {
+                     Eigen::Vector3d product[3]) {
   const Eigen::Matrix2d& r = element.inverse_edges;
   const auto f1 = element.gradient.col(0), f2 = element.gradient.col(1), f3 = element.gradient.col(2);
   const Eigen::Vector3d e12 = w[1] - w[0];
@@ -101,16 +100,16 @@ void gradient_action(const GradientElement& element, Director director, const Ei
     dp2 += ds3[1] * f3;
   }
   // The third column does no work: the director's changes are normal to it.
-  df[1] = -element.volume * (r(0, 0) * dp1 + r(0, 1) * dp2);
-  df[2] = -element.volume * r(1, 1) * dp2;
-  df[0] = -df[1] - df[2];
+  product[1] = element.volume * (r(0, 0) * dp1 + r(0, 1) * dp2);
+  product[2] = element.volume * r(1, 1) * dp2;
+  product[0] = -product[1] - product[2];
 }
 
 GradientStiffness::GradientStiffness(const PrismElements& elements, Director director)
     : elements_(&elements), director_(director), linearised_(elements.membrane().triangles.size()) {}
 
 void GradientStiffness::update(const Field& positions, const std::vector<double>& thickness_ratio,
-                               const std::vector<double>& pressure) {
+                               const std::vector<double>& pressure, double /*left_out*/) {
   const Wall& wall = elements_->wall();
   static const PetscLogEvent event = log_event("PrismStiffness");
   // Besides the energy, inverse edges and F, C, the shear moduli (which evaluate the density again), and stress and
@@ -138,9 +137,6 @@ void GradientStiffness::multiply(std::size_t element, const Eigen::Vector3d w[3]
     return;
   }
   gradient_action(linearised_[element], director_, w, result);
-  for (int a = 0; a < 3; ++a) {
-    result[a] = -result[a];
-  }
   if (!pressure_.empty()) {
     const auto [x1, x2, x3] = elements_->membrane().triangles[element];
     const Eigen::Vector3d x[3] = {positions_.col(x1), positions_.col(x2), positions_.col(x3)};

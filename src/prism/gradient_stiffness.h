@@ -31,9 +31,10 @@ struct GradientElement {
 GradientElement gradient_element(const Material& material, ThicknessRule rule, const RestMetric& rest,
                                  const Eigen::Vector3d& e12, const Eigen::Vector3d& e13, double given_ratio);
 
-/// Change of the forces -V P dF/dx (eq. 8), P = F S, for displacements w [m]: -V (dF S + F dS) dF/dx (eq. 11). [N]
+/// K w for displacements w [m]: minus the change of the forces -V P dF/dx (eq. 8), P = F S, which is V (dF S + F dS)
+/// dF/dx (eq. 11). [N]
 void gradient_action(const GradientElement& element, Director director, const Eigen::Vector3d w[3],
-                     Eigen::Vector3d df[3]);
+                     Eigen::Vector3d product[3]);
 
 /// Stiffness from the stored deformation gradient, element by element, as in the balloon paper (eq. 11), for
 /// comparison.
@@ -42,8 +43,8 @@ class GradientStiffness : public ElementStiffness {
   /// Elements must outlive this object.
   GradientStiffness(const PrismElements& elements, Director director);
 
-  void update(const Field& positions, const std::vector<double>& thickness_ratio,
-              const std::vector<double>& pressure) override;
+  void update(const Field& positions, const std::vector<double>& thickness_ratio, const std::vector<double>& pressure,
+              double left_out) override;
   void add_product(double factor, const double* w, double* result) const override;
   void add_blocks(double factor, const HessianBlocks& blocks) const override;
 

@@ -1,9 +1,6 @@
 #include "prism/material.h"
 
 #include <cmath>
-#include <stdexcept>
-
-#include "options/choice.h"
 
 namespace pellicle::prism {
 
@@ -124,6 +121,18 @@ void add_ogden(const Material& material, double t, double d, double c, EnergyDen
 
 SmallStrainModuli moduli_of_lame(const Material& material) { return {material.mu, material.lambda}; }
 
+SmallStrainModuli moduli_of_mooney_rivlin(const Material& material) {
+  return {2 * (material.c1 + material.c2), material.lambda + 4 * material.c2};
+}
+
+SmallStrainModuli moduli_of_ogden(const Material& material) {
+  double shear = 0;
+  for (std::size_t k = 0; k < material.ogden_mu.size(); ++k) {
+    shear += material.ogden_mu[k] * material.ogden_alpha[k] / 2;
+  }
+  return {shear, material.lambda};
+}
+
 constexpr int volumetric_flops = 23;
 
 }  // namespace
@@ -131,60 +140,25 @@ constexpr int volumetric_flops = 23;
 const std::vector<MaterialLaw>& material_laws() {
   // In the order in which messages name them.
   static const std::vector<MaterialLaw> laws{
-      {"st_venant_kirchhoff",
-       {MaterialConstant::mu},
-       true,
-       "",
-       moduli_of_lame,
-       add_st_venant_kirchhoff,
-       [](const Material&) { return 36; }},
-      {"neo_hookean",
-       {MaterialConstant::mu},
-       false,
-       "",
-       moduli_of_lame,
-       add_neo_hookean,
-       [](const Material&) { return 8 + volumetric_flops; }},
+      {"st_venant_kirchhoff", {MaterialConstant::mu}, true, "", moduli_of_lame, add_st_venant_kirchhoff, 36},
+      {"neo_hookean", {MaterialConstant::mu}, false, "", moduli_of_lame, add_neo_hookean, 8 + volumetric_flops},
       {"mooney_rivlin",
        {MaterialConstant::c1, MaterialConstant::c2},
        false,
        "2 c1 + 2 c2",
-       [](const Material& m) {
-         return SmallStrainModuli{2 * (m.c1 + m.c2), m.lambda + 4 * m.c2};
-       },
+       moduli_of_mooney_rivlin,
        add_mooney_rivlin,
-       [](const Material&) { return 19 + volumetric_flops; }},
+       19 + volumetric_flops},
       {"ogden",
        {MaterialConstant::ogden},
        false,
        "half the sum of mu alpha",
-       [](const Material& m) {
-         double shear = 0;
-         for (std::size_t k = 0; k < m.ogden_mu.size(); ++k) {
-           shear += m.ogden_mu[k] * m.ogden_alpha[k] / 2;
-         }
-         return SmallStrainModuli{shear, m.lambda};
-       },
+       moduli_of_ogden,
        add_ogden,
-       [](const Material& m) {  // in closed form, and 2 a term for the sum of the moduli
-         return 13 + (91 + 2) * static_cast<int>(m.ogden_alpha.size()) + volumetric_flops;
-       }}};
+       13 + volumetric_flops,
+       91 + 2}};  // In closed form, and 2 a term for the sum of the moduli.
   return laws;
 }
-
-std::vector<std::string> names_of(Material::Law) { return names_in(material_laws()); }
-
-Material::Law Material::law_named(const std::string& name) {
-  const std::vector<MaterialLaw>& laws = material_laws();
-  const auto found =
-      std::find_if(laws.begin(), laws.end(), [&name](const MaterialLaw& law) { return law.name == name; });
-  if (found == laws.end()) {
-    throw std::logic_error("no law of the name " + name);
-  }
-  return static_cast<Law>(found - laws.begin());
-}
-
-SmallStrainModuli small_strain_moduli(const Material& material) { return law_of(material).moduli(material); }
 
 EnergyDensity energy_density(const Material& material, double t, double d, double c) {
   EnergyDensity psi;
@@ -194,7 +168,5 @@ EnergyDensity energy_density(const Material& material, double t, double d, doubl
   psi.hessian[2][1] = psi.hessian[1][2];
   return psi;
 }
-
-int energy_density_flops(const Material& material) { return law_of(material).flops(material); }
 
 }  // namespace pellicle::prism

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "base/namespaces.h"
+#include "options/choice.h"
 
 namespace pellicle::prism {
 
@@ -19,11 +19,9 @@ namespace pellicle::prism {
 ///   principal stretches
 /// In an element that keeps its volume J = 1, and the terms in ln J vanish.
 struct Material {
-  enum class Law : int {};  ///< number of a law among material_laws()
-  /// @throws std::logic_error if there is no law of this name
-  static Law law_named(const std::string& name);
+  enum class Law : int {};  ///< number of a law among material_laws(); of a name: Choice<Law>(name)
 
-  Law law = law_named("neo_hookean");
+  Law law = Choice<Law>("neo_hookean");
   double mu = 4e5;                  ///< shear modulus: St. Venant-Kirchhoff, neo-Hookean [Pa]
   double lambda = 0;                ///< Lame's first parameter, all laws [Pa]
   double c1 = 0;                    ///< Mooney-Rivlin [Pa]
@@ -34,14 +32,11 @@ struct Material {
   double tension = 0;               ///< if the wall wrinkles: its undeformed stress in metric_energy [Pa]
 };
 
-std::vector<std::string> names_of(Material::Law);
-
 /// The moduli of a material at small strain.
 struct SmallStrainModuli {
   double shear = 0;   ///< mu [Pa]
   double lambda = 0;  ///< Lame's first parameter [Pa]
 };
-SmallStrainModuli small_strain_moduli(const Material& material);
 
 /// The constants that a law may have beside lambda, which all have.
 enum class MaterialConstant { mu, c1, c2, ogden };
@@ -55,7 +50,8 @@ struct MaterialLaw {
   SmallStrainModuli (*moduli)(const Material& material);
   /// Adds psi and the upper half of its second derivative.
   void (*add_energy)(const Material& material, double t, double d, double c, struct EnergyDensity& psi);
-  int (*flops)(const Material& material);  ///< of add_energy
+  int flops;              ///< of add_energy: sums, products, quotients, roots, logarithms and powers, one each
+  int flops_of_term = 0;  ///< in addition, of each of Ogden's terms
 
   bool has(MaterialConstant constant) const {
     return std::find(constants.begin(), constants.end(), constant) != constants.end();
@@ -63,9 +59,12 @@ struct MaterialLaw {
 };
 /// All laws.
 const std::vector<MaterialLaw>& material_laws();
+inline std::vector<std::string> names_of(Material::Law) { return names_in(material_laws()); }
 inline const MaterialLaw& law_of(const Material& material) {
   return material_laws()[static_cast<std::size_t>(material.law)];
 }
+
+inline SmallStrainModuli small_strain_moduli(const Material& material) { return law_of(material).moduli(material); }
 
 /// psi and its derivatives by (t, d, c), in this order.
 struct EnergyDensity {
@@ -77,7 +76,10 @@ struct EnergyDensity {
 /// psi at a state. @param t > 0 @param d in 0 < d <= t^2/4 @param c > 0
 EnergyDensity energy_density(const Material& material, double t, double d, double c);
 
-/// Operations of energy_density, as PETSc counts: sums, products, quotients, roots, logarithms and powers, one each.
-int energy_density_flops(const Material& material);
+/// Operations of energy_density, as PETSc counts (MaterialLaw::flops).
+inline int energy_density_flops(const Material& material) {
+  const MaterialLaw& law = law_of(material);
+  return law.flops + law.flops_of_term * static_cast<int>(material.ogden_alpha.size());
+}
 
 }  // namespace pellicle::prism

@@ -38,22 +38,26 @@ double minimum(double start, double upper, const Function& derivatives) {
   return std::numeric_limits<double>::quiet_NaN();
 }
 
-/// c with dpsi/dc = 0 at a minimum of psi. NaN without convergence.
-double balanced_c(const Material& material, double t, double d, double start) {
-  return minimum(start > 0 ? start : 1, std::numeric_limits<double>::infinity(), [&](double c) {
-    const EnergyDensity psi = energy_density(material, t, d, c);
-    return std::pair(psi.gradient[2], psi.hessian[2][2]);
-  });
-}
-
-/// psi and its derivatives by (t, d) alone, c eliminated.
+/// psi and its derivatives by (t, d) alone, c eliminated by the rule.
 struct InPlaneDensity {
-  double value, t, d, tt, td, dd;
+  double value, t, d, tt, td, dd, c;
 };
 
-InPlaneDensity in_plane_density(const EnergyDensity& psi, ThicknessRule rule, double d) {
+/// Not finite if no c gives zero stress across the wall.
+/// @param given c of ThicknessRule::fixed, or the starting value for plane_stress
+InPlaneDensity in_plane_density(const Material& material, ThicknessRule rule, double t, double d, double given) {
+  double c = given;
+  if (rule == ThicknessRule::incompressible) {
+    c = 1 / d;
+  } else if (rule == ThicknessRule::plane_stress) {
+    c = minimum(given > 0 ? given : 1, std::numeric_limits<double>::infinity(), [&](double at) {
+      const EnergyDensity psi = energy_density(material, t, d, at);
+      return std::pair(psi.gradient[2], psi.hessian[2][2]);
+    });
+  }
+  const EnergyDensity psi = energy_density(material, t, d, c);
   const auto& [t1, d1, c1] = psi.gradient;
-  InPlaneDensity result{psi.value, t1, d1, psi.hessian[0][0], psi.hessian[0][1], psi.hessian[1][1]};
+  InPlaneDensity result{psi.value, t1, d1, psi.hessian[0][0], psi.hessian[0][1], psi.hessian[1][1], c};
   const double tc = psi.hessian[0][2], dc = psi.hessian[1][2], cc = psi.hessian[2][2];
   if (rule == ThicknessRule::incompressible) {
     const double slope = -1 / (d * d);  // of c = 1/d
@@ -68,23 +72,6 @@ InPlaneDensity in_plane_density(const EnergyDensity& psi, ThicknessRule rule, do
   return result;
 }
 
-/// psi at a state, with c.
-struct InPlaneState {
-  InPlaneDensity psi;
-  double c;
-};
-
-/// @param given c of ThicknessRule::fixed, or the starting value for plane_stress
-InPlaneState in_plane_state(const Material& material, ThicknessRule rule, double t, double d, double given) {
-  double c = given;
-  if (rule == ThicknessRule::incompressible) {
-    c = 1 / d;
-  } else if (rule == ThicknessRule::plane_stress) {
-    c = balanced_c(material, t, d, c);
-  }
-  return {in_plane_density(energy_density(material, t, d, c), rule, d), c};
-}
-
 /// f(x, y) = psi(x + y, x y) of the squared principal stretches x >= y, with its derivatives.
 struct PrincipalDensity {
   double x, y, xx, xy, yy;
@@ -95,16 +82,8 @@ PrincipalDensity principal_density(const InPlaneDensity& psi, double x, double y
           psi.tt + psi.td * (x + y) + psi.dd * x * y + psi.d, psi.tt + 2 * psi.td * x + psi.dd * x * x};
 }
 
-/// y at which f_y = 0 for an x > 1. NaN without convergence.
-double natural_width(const Material& material, ThicknessRule rule, double x, double given) {
-  return minimum(1 / std::sqrt(x), x, [&](double y) {
-    const PrincipalDensity f = principal_density(in_plane_state(material, rule, x + y, x * y, given).psi, x, y);
-    return std::pair(f.y, f.yy);
-  });
-}
-
 /// The relaxed energy of a wrinkled or slack wall; none if the wall is taut.
-/// @param psi at a, not relaxed @param given as for in_plane_state
+/// @param psi at a, not relaxed @param given as for in_plane_density
 std::optional<MetricEnergy> relaxed(const Material& material, ThicknessRule rule, const RestMetric& rest,
                                     const Eigen::Vector3d& a, const InPlaneDensity& psi, double given) {
   constexpr double rounding = 1e-10;  // of a strain: at rest the wall is taut
@@ -120,9 +99,13 @@ std::optional<MetricEnergy> relaxed(const Material& material, ThicknessRule rule
   if (x <= 1) {
     return MetricEnergy{0, Eigen::Vector3d::Zero(), Eigen::Matrix3d::Zero()};
   }
-  const double y = natural_width(material, rule, x, given);
-  const InPlaneState natural = in_plane_state(material, rule, x + y, x * y, given);
-  const PrincipalDensity f = principal_density(natural.psi, x, y);
+  const double y = minimum(1 / std::sqrt(x), x, [&](double width) {  // f_y vanishes there.
+    const PrincipalDensity f =
+        principal_density(in_plane_density(material, rule, x + width, x * width, given), x, width);
+    return std::pair(f.y, f.yy);
+  });
+  const InPlaneDensity natural = in_plane_density(material, rule, x + y, x * y, given);
+  const PrincipalDensity f = principal_density(natural, x, y);
   // By the energy w(x) of uniaxial tension along the unit vector n, with m across: dx = n.dC n, and the second
   // derivative of x along dC is 2 (n.dC m)^2 over the difference of the eigenvalues.
   const double slope = f.x;
@@ -132,7 +115,7 @@ std::optional<MetricEnergy> relaxed(const Material& material, ThicknessRule rule
   const Eigen::Vector3d along = map.transpose() * Eigen::Vector3d((1 + cos2) / 2, (1 - cos2) / 2, sin2 / root);
   const Eigen::Vector3d across = map.transpose() * Eigen::Vector3d(-sin2 / 2, sin2 / 2, cos2 / root);
   return MetricEnergy{
-      rest.volume * natural.psi.value, rest.volume * slope * along,
+      rest.volume * natural.value, rest.volume * slope * along,
       rest.volume * (curvature * along * along.transpose() + slope / radius * across * across.transpose()),
       std::sqrt(natural.c)};
 }
@@ -184,10 +167,8 @@ Eigen::Matrix3d cauchy_green_of_metric(const RestMetric& rest) {
   return map;
 }
 
-namespace {
-
-MetricEnergy energy_without_tension(const Material& material, ThicknessRule rule, const RestMetric& rest,
-                                    const Eigen::Vector3d& a, double given_ratio, Derivatives order) {
+MetricEnergy metric_energy(const Material& material, ThicknessRule rule, const RestMetric& rest,
+                           const Eigen::Vector3d& a, double given_ratio, Derivatives order) {
   // t = inverse : a and d = det a / det of the undeformed metric, with their derivatives by a
   const double scale = 1 / (4 * rest.area * rest.area);
   const Eigen::Vector3d by_t(rest.inverse[0], 2 * rest.inverse[1], rest.inverse[2]);
@@ -200,43 +181,31 @@ MetricEnergy energy_without_tension(const Material& material, ThicknessRule rule
   }
   const double d = scale * determinant;
   const double given = given_ratio * given_ratio;
-  const InPlaneState state = in_plane_state(material, rule, t, d, given);
-  const InPlaneDensity& psi = state.psi;
+  const InPlaneDensity psi = in_plane_density(material, rule, t, d, given);
   if (!std::isfinite(psi.value)) {
     return collapsed();
   }
-  if (material.wrinkles) {
-    if (const auto wrinkled = relaxed(material, rule, rest, a, psi, given)) {
-      return std::isfinite(wrinkled->energy) ? *wrinkled : collapsed();
-    }
-  }
 
   MetricEnergy result;
-  result.energy = rest.volume * psi.value;
-  result.gradient = rest.volume * (psi.t * by_t + psi.d * by_d);
-  result.thickness_ratio = std::sqrt(state.c);
-  if (order == Derivatives::first) {
-    return result;
+  if (const auto wrinkled = material.wrinkles ? relaxed(material, rule, rest, a, psi, given) : std::nullopt) {
+    result = std::isfinite(wrinkled->energy) ? *wrinkled : collapsed();
+  } else {
+    result.energy = rest.volume * psi.value;
+    result.gradient = rest.volume * (psi.t * by_t + psi.d * by_d);
+    result.thickness_ratio = std::sqrt(psi.c);
+    if (order == Derivatives::second) {
+      const Eigen::Vector3d by_t_row = psi.tt * by_t + psi.td * by_d;
+      const Eigen::Vector3d by_d_row = psi.td * by_t + psi.dd * by_d;
+      result.hessian = by_t * by_t_row.transpose() + by_d * by_d_row.transpose();
+      result.hessian(0, 2) += psi.d * scale;
+      result.hessian(2, 0) += psi.d * scale;
+      result.hessian(1, 1) -= 2 * psi.d * scale;
+      result.hessian *= rest.volume;
+    }
   }
-  const Eigen::Vector3d by_t_row = psi.tt * by_t + psi.td * by_d;
-  const Eigen::Vector3d by_d_row = psi.td * by_t + psi.dd * by_d;
-  result.hessian = by_t * by_t_row.transpose() + by_d * by_d_row.transpose();
-  result.hessian(0, 2) += psi.d * scale;
-  result.hessian(2, 0) += psi.d * scale;
-  result.hessian(1, 1) -= 2 * psi.d * scale;
-  result.hessian *= rest.volume;
-  return result;
-}
-
-}  // namespace
-
-MetricEnergy metric_energy(const Material& material, ThicknessRule rule, const RestMetric& rest,
-                           const Eigen::Vector3d& a, double given_ratio, Derivatives order) {
-  MetricEnergy result = energy_without_tension(material, rule, rest, a, given_ratio, order);
   if (material.tension > 0) {
-    const Eigen::Vector3d by_trace(rest.inverse[0], 2 * rest.inverse[1], rest.inverse[2]);
-    result.energy += rest.volume * material.tension / 2 * (by_trace.dot(a) - 2);
-    result.gradient += rest.volume * material.tension / 2 * by_trace;
+    result.energy += rest.volume * material.tension / 2 * (t - 2);
+    result.gradient += rest.volume * material.tension / 2 * by_t;
   }
   return result;
 }

@@ -143,8 +143,7 @@ void add_element(const StiffnessBatch& batch, std::size_t i, double factor, std:
 
 }  // namespace
 
-MetricStiffness::MetricStiffness(const PrismElements& elements, bool positive)
-    : elements_(&elements), left_out_(positive ? 1 : 0) {
+MetricStiffness::MetricStiffness(const PrismElements& elements) : elements_(&elements) {
   const auto& triangles = elements.membrane().triangles;
   batches_.resize((triangles.size() + lanes - 1) / lanes);  // Unused lanes stay zero: nothing, on vertex 0.
   for (std::size_t e = 0; e < triangles.size(); ++e) {
@@ -155,12 +154,12 @@ MetricStiffness::MetricStiffness(const PrismElements& elements, bool positive)
 }
 
 void MetricStiffness::update(const Field& positions, const std::vector<double>& thickness_ratio,
-                             const std::vector<double>& pressure) {
+                             const std::vector<double>& pressure, double left_out) {
   const auto& triangles = elements_->membrane().triangles;
   static const PetscLogEvent event = log_event("PrismStiffness");
   // Scaled entries, and the tests of positive_part; the work that it does where there is something to leave out is not
   // counted.
-  const double by_element = 3 + 2 * 6 + 1 + (left_out_ > 0 ? 7 + 17 : 0);
+  const double by_element = 3 + 2 * 6 + 1 + (left_out > 0 ? 7 + 17 : 0);
   const LogScope scope(event, elements_->tangent_flops() + by_element * static_cast<double>(triangles.size()));
   for (std::size_t e = 0; e < triangles.size(); ++e) {
     StiffnessBatch& batch = batches_[e / lanes];
@@ -171,10 +170,10 @@ void MetricStiffness::update(const Field& positions, const std::vector<double>& 
       batch.e13[c][lane] = e13[c];
     }
     MetricEnergy tangent = elements_->element_energy(e, positions, thickness_ratio[e], Derivatives::second);
-    if (left_out_ > 0) {
+    if (left_out > 0) {
       const MetricEnergy positive = positive_part(tangent, elements_->rest(e));
-      tangent.gradient = (1 - left_out_) * tangent.gradient + left_out_ * positive.gradient;
-      tangent.hessian = (1 - left_out_) * tangent.hessian + left_out_ * positive.hessian;
+      tangent.gradient = (1 - left_out) * tangent.gradient + left_out * positive.gradient;
+      tangent.hessian = (1 - left_out) * tangent.hessian + left_out * positive.hessian;
     }
     const Eigen::Vector3d scale(2, 1, 2);
     int k = 0;

@@ -19,7 +19,7 @@ struct alignas(64) StiffnessBatch {
   PetscInt corner[3][lanes];  ///< local vertex number times 3
 };
 
-/// Stiffness from the metric, exact or its positive part, in batches of eight elements.
+/// Stiffness from the metric, exact or moved to its positive part, in batches of eight elements.
 ///
 /// With w12 = w2 - w1 and w13 = w3 - w1 the product is, for x2 and x3 (x1 gets minus their sum),
 ///
@@ -29,20 +29,16 @@ struct alignas(64) StiffnessBatch {
 /// and the load's -(p/6) (w12 x e13 + e12 x w13) for each corner (add_pressure_stiffness_action).
 class MetricStiffness : public ElementStiffness {
  public:
-  /// Elements must outlive this object. @param positive whether to use each element's positive_part
-  MetricStiffness(const PrismElements& elements, bool positive);
+  /// Elements must outlive this object.
+  explicit MetricStiffness(const PrismElements& elements);
 
-  /// Sets the fraction, 0 to 1, of the way from the exact stiffness to positive_part from the next update on.
-  void leave_out(double fraction) { left_out_ = fraction; }
-
-  void update(const Field& positions, const std::vector<double>& thickness_ratio,
-              const std::vector<double>& pressure) override;
+  void update(const Field& positions, const std::vector<double>& thickness_ratio, const std::vector<double>& pressure,
+              double left_out) override;
   void add_product(double factor, const double* w, double* result) const override;
   void add_blocks(double factor, const HessianBlocks& blocks) const override;
 
  private:
   const PrismElements* elements_;
-  double left_out_;  ///< share set by leave_out; 1: positive_part
   std::vector<StiffnessBatch> batches_;
 };
 

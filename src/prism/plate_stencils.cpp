@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <set>
@@ -132,35 +133,25 @@ class StencilMaker {
     }
     const Route questions(vertices.comm, owners);
     const std::vector<PetscInt> asked = questions.send(vertices.ghost_global);
-    struct Side {
-      PetscInt opposite;
-      PetscInt from;
-      PetscInt to;
-    };
-    const auto sides_round = [&](PetscInt vertex) {
-      std::vector<Side> sides;
-      for (const Wedge& wedge : wedges[vertex]) {
-        sides.push_back({vertices.to_global(vertex), wedge.next, wedge.previous});
-      }
-      return sides;
-    };
+    using Triangle = std::array<PetscInt, 3>;
     std::vector<int> askers;
-    std::vector<Side> sides;
+    std::vector<Triangle> triangles;  // by global numbers: the answers, then those known here
+    const auto add_triangle = [&](const Triangle& local) {
+      triangles.push_back({vertices.to_global(local[0]), vertices.to_global(local[1]), vertices.to_global(local[2])});
+    };
     for (std::size_t k = 0; k < asked.size(); ++k) {
-      const std::vector<Side> answer = sides_round(asked[k] - vertices.first);
-      askers.insert(askers.end(), answer.size(), questions.sources()[k]);
-      sides.insert(sides.end(), answer.begin(), answer.end());
+      for (const Wedge& wedge : wedges[asked[k] - vertices.first]) {
+        add_triangle(membrane_.triangles[wedge.element]);
+        askers.push_back(questions.sources()[k]);
+      }
     }
-    sides = Route(vertices.comm, askers).send(sides);
-    for (PetscInt i = 0; i < vertices.owned; ++i) {
-      const std::vector<Side> own = sides_round(i);
-      sides.insert(sides.end(), own.begin(), own.end());
-    }
+    triangles = Route(vertices.comm, askers).send(triangles);
+    std::for_each(membrane_.triangles.begin(), membrane_.triangles.end(), add_triangle);
     std::map<std::pair<PetscInt, PetscInt>, PetscInt> opposite;  // of a side, on the left of the way along it
-    for (const Side& side : sides) {
-      opposite[{side.from, side.to}] = side.opposite;
-      opposite[{side.to, side.opposite}] = side.from;
-      opposite[{side.opposite, side.from}] = side.to;
+    for (const auto& [a, b, c] : triangles) {
+      opposite[{a, b}] = c;
+      opposite[{b, c}] = a;
+      opposite[{c, a}] = b;
     }
 
     std::vector<Fan> result;
@@ -237,10 +228,10 @@ class StencilMaker {
     if (!stencil.is_closed) {
       const auto free_directions = std::lround(projector.trace());
       stencil.has_fixed_normal = is_clamped || free_directions == 1;
-      if (!stencil.has_fixed_normal && free_directions != 2) {
-        return false;
-      }
       if (!stencil.has_fixed_normal) {
+        if (free_directions != 2) {
+          return false;
+        }
         Eigen::Index column = 0;
         const Eigen::Matrix3d constrained = Eigen::Matrix3d::Identity() - projector;
         constrained.diagonal().maxCoeff(&column);
@@ -263,10 +254,10 @@ class StencilMaker {
     };
 
     const Eigen::Vector3d here = rest.col(stencil.centre);
-    const auto arm = [&](std::size_t p) { return Eigen::Vector3d(rest.col(made_.points[p]) - here); };
+    const auto arm = [&](Eigen::Index p) { return Eigen::Vector3d(rest.col(made_.points[p]) - here); };
     Eigen::Vector3d area = Eigen::Vector3d::Zero();
     double flat = 0;
-    for (std::size_t p = stencil.first + 1; p < stencil.ring_end; ++p) {
+    for (Eigen::Index p = stencil.first + 1; p < stencil.ring_end; ++p) {
       if (stencil.is_closed || p + 1 < stencil.ring_end) {
         const Eigen::Vector3d triangle = arm(p).cross(arm(p + 1 < stencil.ring_end ? p + 1 : stencil.first + 1));
         area += triangle;
@@ -275,7 +266,7 @@ class StencilMaker {
     }
     if (!stencil.mirror.isZero(0)) {
       // The wall goes on as its mirror image if both its edges here are in the plane and the wall stands across it.
-      const auto lies_in_plane = [&](std::size_t p) {
+      const auto lies_in_plane = [&](Eigen::Index p) {
         return std::abs(arm(p).dot(stencil.mirror)) <= 1e-6 * arm(p).norm();
       };
       if (!lies_in_plane(stencil.first + 1) || !lies_in_plane(stencil.ring_end - 1) ||
@@ -312,10 +303,10 @@ class StencilMaker {
     const bool is_mirrored = !stencil.mirror.isZero(0);
     const Eigen::Vector3d along = is_mirrored ? stencil.mirror : stencil.normal.unitOrthogonal();
     axes_ << along, stencil.normal.cross(along);
-    const auto count = static_cast<Eigen::Index>(stencil.last - stencil.first) - 1;
+    const Eigen::Index count = stencil.last - stencil.first - 1;
     Eigen::Matrix3Xd arms(3, count);
     for (Eigen::Index p = 0; p < count; ++p) {
-      arms.col(p) = rest.col(made_.points[stencil.first + 1 + static_cast<std::size_t>(p)]) - rest.col(stencil.centre);
+      arms.col(p) = rest.col(made_.points[stencil.first + 1 + p]) - rest.col(stencil.centre);
     }
     // Coordinates in which the neighbours are equally far all round, so that the fit does not depend on how long the
     // triangles are.
@@ -339,7 +330,7 @@ class StencilMaker {
     for (Eigen::Index p = 0; p < count; ++p) {
       const double x = r(0, p), y = r(1, p);
       const bool is_own_image = is_mirrored && std::abs(x) < 1e-6;
-      const bool is_beyond = stencil.first + 1 + static_cast<std::size_t>(p) >= stencil.ring_end;
+      const bool is_beyond = stencil.first + 1 + p >= stencil.ring_end;
       row_weight[p] = (is_own_image ? std::sqrt(0.5) : is_beyond ? weight_beyond : 1.0) / (x * x + y * y);
       if (tilts == 2) {
         terms.row(p) << x, y, x * x / 2, x * y, y * y / 2;
@@ -369,7 +360,7 @@ class StencilMaker {
       even << b[0], bends == 3 ? b[1] : 0, bends == 3 ? b[1] : 0, b[bends - 1];
       const Eigen::Matrix2d bent = to_even * even * to_even;
       const PlateCurvature weight(bent(0, 0), bent(0, 1), bent(1, 1));
-      made_.weights[stencil.first + 1 + static_cast<std::size_t>(p)] = weight;
+      made_.weights[stencil.first + 1 + p] = weight;
       made_.weights[stencil.first] -= weight;
       stencil.rest += weight * stencil.normal.dot(arms.col(p));
     }

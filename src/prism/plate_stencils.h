@@ -27,9 +27,9 @@ using PlateCurvature = Eigen::Vector3d;
 /// surround the vertex of the vertex and the neighbours.
 struct PlateStencil {
   PetscInt centre = 0;            ///< vertex
-  std::size_t first = 0;          ///< first point: the vertex, followed by its neighbours, in order round it
-  std::size_t ring_end = 0;       ///< one past the neighbours
-  std::size_t last = 0;           ///< one past the points beyond the neighbours, which follow
+  Eigen::Index first = 0;         ///< first point: the vertex, followed by its neighbours, in order round it
+  Eigen::Index ring_end = 0;      ///< one past the neighbours
+  Eigen::Index last = 0;          ///< one past the points beyond the neighbours, which follow
   bool is_closed = true;          ///< whether neighbours surround the vertex
   bool has_fixed_normal = false;  ///< keeps the undeformed normal: clamped edge, or two symmetry planes
   /// Normal of a plane of symmetry in which an edge of the mesh lies, zero if there is none: the surface continues

@@ -43,21 +43,19 @@ PrismElements::PrismElements(const Membrane& membrane, const Wall& wall) : membr
 
 MetricEnergy PrismElements::element_energy(std::size_t element, const Field& positions, double thickness_ratio,
                                            Derivatives order) const {
-  const auto [e12, e13] = edges_of(positions.data(), membrane_->triangles[element]);
-  if (stiffness_.empty()) {
-    return metric_energy(wall_->material_of(element), wall_->rule, wall_->rest[element], metric(e12, e13),
-                         thickness_ratio, order);
-  }
-  const double stiffness = stiffness_[element];
+  const double stiffness = this->stiffness(element);
   if (stiffness == 0) {
     return {0, Eigen::Vector3d::Zero(), Eigen::Matrix3d::Zero(), thickness_ratio};
   }
+  const auto [e12, e13] = edges_of(positions.data(), membrane_->triangles[element]);
   MetricEnergy energy =
-      metric_energy(wall_->material_of(element), wall_->rule, rest_[element], metric(e12, e13), thickness_ratio, order);
-  energy.energy *= stiffness;
-  energy.gradient *= stiffness;
-  if (order == Derivatives::second) {
-    energy.hessian *= stiffness;
+      metric_energy(wall_->material_of(element), wall_->rule, rest(element), metric(e12, e13), thickness_ratio, order);
+  if (stiffness != 1) {
+    energy.energy *= stiffness;
+    energy.gradient *= stiffness;
+    if (order == Derivatives::second) {
+      energy.hessian *= stiffness;
+    }
   }
   return energy;
 }
@@ -102,8 +100,8 @@ double PrismElements::energy(const Field& positions, const std::vector<double>& 
   return finite_or_infinite(sum);
 }
 
-double PrismElements::add_force(const Field& positions, const std::vector<double>& thickness_ratio,
-                                Eigen::Matrix3Xd& force) const {
+double PrismElements::add_gradient(const Field& positions, const std::vector<double>& thickness_ratio,
+                                   Eigen::Matrix3Xd& gradient) const {
   static const PetscLogEvent event = log_event("PrismGradient");
   constexpr double by_corners = 2 * 10 + 6 + 9;  // by x2 and x3, by x1, and the sums of the vertices
   const LogScope scope(event, local_flops_ + by_corners * static_cast<double>(membrane_->triangles.size()));
@@ -113,15 +111,15 @@ double PrismElements::add_force(const Field& positions, const std::vector<double
     const std::array<PetscInt, 3>& triangle = membrane_->triangles[e];
     const auto [e12, e13] = edges_of(positions.data(), triangle);
     const MetricEnergy energy = element_energy(e, positions, thickness_ratio[e], Derivatives::first);
-    const Eigen::Vector3d& gradient = energy.gradient;
+    const Eigen::Vector3d& by_metric = energy.gradient;
     sum += static_cast<PetscInt>(e) < membrane_->elements.owned ? energy.energy : 0;
     // dU/dx through a = (e12.e12, e12.e13, e13.e13)
-    const Eigen::Vector3d by_x2 = 2 * gradient[0] * e12 + gradient[1] * e13;
-    const Eigen::Vector3d by_x3 = gradient[1] * e12 + 2 * gradient[2] * e13;
+    const Eigen::Vector3d by_x2 = 2 * by_metric[0] * e12 + by_metric[1] * e13;
+    const Eigen::Vector3d by_x3 = by_metric[1] * e12 + 2 * by_metric[2] * e13;
     const std::array<Eigen::Vector3d, 3> corner{-by_x2 - by_x3, by_x2, by_x3};
     for (std::size_t a = 0; a < 3; ++a) {
       if (triangle[a] < owned) {
-        force.col(triangle[a]) -= corner[a];
+        gradient.col(triangle[a]) += corner[a];
       }
     }
   }

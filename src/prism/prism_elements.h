@@ -29,8 +29,10 @@ class PrismElements {
   /// @param thickness_ratio h/h0 of the local elements: the ratio of ThicknessRule::fixed, a starting value otherwise
   double energy(const Field& positions, const std::vector<double>& thickness_ratio) const;
 
-  /// Adds -dU/dx of the owned vertices to `force`, (3 x owned) [N] (eq. 8). @returns the energy, as `energy` does
-  double add_force(const Field& positions, const std::vector<double>& thickness_ratio, Eigen::Matrix3Xd& force) const;
+  /// Adds dU/dx of the owned vertices, minus the forces of eq. 8, to (3 x owned) `gradient` [N].
+  /// @returns the energy, as `energy` does
+  double add_gradient(const Field& positions, const std::vector<double>& thickness_ratio,
+                      Eigen::Matrix3Xd& gradient) const;
 
   /// Sets h/h0 of the local elements by the rule; ThicknessRule::fixed keeps the ratio.
   void update_thickness(const Field& positions, std::vector<double>& thickness_ratio) const;
@@ -77,8 +79,10 @@ class ElementStiffness {
 
   /// Evaluates the stiffness at positions with ghosts up to date.
   /// @param pressure on the local elements, whose load stiffness is included [Pa], or empty for none
+  /// @param left_out fraction, 0 to 1, of the way from each element's exact stiffness to its positive_part
+  /// (MetricStiffness alone)
   virtual void update(const Field& positions, const std::vector<double>& thickness_ratio,
-                      const std::vector<double>& pressure) = 0;
+                      const std::vector<double>& pressure, double left_out) = 0;
 
   /// Adds factor K w to `result`, both (3 x local); ghosts get only a part of their sum.
   virtual void add_product(double factor, const double* w, double* result) const = 0;

@@ -4,29 +4,10 @@
 #include <algorithm>
 
 #include "base/units.h"
-#include "options/options.h"
 #include "parallel/collective.h"
 #include "surface/membrane.h"
 
 namespace pellicle::prism {
-
-namespace {
-
-/// Smallest fraction of its thickness that an element keeps in one correction.
-constexpr double least_part = 0.1;
-
-}  // namespace
-
-void describe(OptionTable& table, VolumeOptions& options) {
-  table.add("volume.rule", options.rule,
-            "how far volume preservation moves each vertex: mass solves the linearised constraint exactly; printed is "
-            "the paper's formula, which diverges; muller06 the older one of position based dynamics",
-            "balloon paper, eq. 27; docs/theory.md: readings");
-  table.add("volume.tolerance", options.tolerance, Rules().range(1e-13, 0.1),
-            "relative error of the rubber's volume at which volume preservation ends", "docs/theory.md: parameters");
-  table.add("volume.max_iterations", options.max_iterations, Rules().at_least(1),
-            "corrections of volume preservation in a step; the paper's: 1", "balloon paper, Algorithm 2");
-}
 
 PrismVolume prism_volume(const Eigen::Vector3d& e12, const Eigen::Vector3d& e13, const Eigen::Vector3d& e14) {
   PrismVolume volume;
@@ -75,14 +56,6 @@ VolumePreservation::VolumePreservation(const Membrane& membrane, const Wall& wal
   mean_inverse_mass_ = sums.col(1).cwiseQuotient(sums.col(2));
 }
 
-double VolumePreservation::factor(double inverse_mass, int piece) const {
-  if (options_.rule == VolumeRule::mass) {
-    return inverse_mass;
-  }
-  const double relative = inverse_mass / mean_inverse_mass_[piece];
-  return options_.rule == VolumeRule::printed ? relative * inverse_mass : relative;
-}
-
 VolumePreservation::Constraint VolumePreservation::evaluate(const Field& positions,
                                                             const std::vector<double>& thickness_ratio) const {
   const Membrane& membrane = *membrane_;
@@ -128,8 +101,13 @@ VolumePreservation::Constraint VolumePreservation::evaluate(const Field& positio
 
 void VolumePreservation::correct(Field& positions, std::vector<double>& thickness_ratio,
                                  const Constraint& constraint) const {
+  constexpr double least_part = 0.1;  // of its thickness, which an element keeps in one correction
   const auto multiplier = [&](int piece, double inverse_mass) {
-    return factor(inverse_mass, piece) * constraint.value[piece] / constraint.squared_norm[piece];
+    const double relative = inverse_mass / mean_inverse_mass_[piece];
+    const double factor = options_.rule == VolumeRule::mass      ? inverse_mass
+                          : options_.rule == VolumeRule::printed ? relative * inverse_mass
+                                                                 : relative;
+    return factor * constraint.value[piece] / constraint.squared_norm[piece];
   };
   for (PetscInt i = 0; i < membrane_->particles.owned; ++i) {
     positions.vector(i) -= multiplier(piece_[i], inverse_mass_[i]) * constraint.gradient.col(i);

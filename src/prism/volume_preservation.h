@@ -1,30 +1,15 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <string>
 #include <vector>
 
 #include "base/stage_result.h"
 #include "geometry/projectors.h"
-#include "options/choice.h"
 #include "parallel/field.h"
+#include "prism/prism_options.h"
 #include "prism/wall.h"
 
 namespace pellicle::prism {
-
-/// Rules of VolumePreservation for the correction.
-enum class VolumeRule { mass, printed, muller06 };
-inline std::vector<std::string> names_of(VolumeRule) { return {"mass", "printed", "muller06"}; }
-
-/// Preservation of the rubber's volume after a step (balloon paper, section 7).
-struct VolumeOptions {
-  Choice<VolumeRule> rule = VolumeRule::mass;
-  double tolerance = 1e-9;  ///< of |C| relative to the undeformed volume
-  int max_iterations = 30;  ///< corrections; the paper's: 1
-};
-
-/// Declares the options `volume.*`.
-void describe(OptionTable& table, VolumeOptions& options);
 
 /// Volume of a prism with a virtual fourth vertex and its gradient by the vertices (balloon paper, eq. 26, 28).
 struct PrismVolume {
@@ -72,8 +57,6 @@ class VolumePreservation {
 
   Constraint evaluate(const Field& positions, const std::vector<double>& thickness_ratio) const;
   void correct(Field& positions, std::vector<double>& thickness_ratio, const Constraint& constraint) const;
-  /// Factor of C g / sum |g|^2 in the displacement of a vertex.
-  double factor(double inverse_mass, int piece) const;
 
   const Membrane* membrane_;
   const Wall* wall_;

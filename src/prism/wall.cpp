@@ -15,55 +15,28 @@ namespace pellicle::prism {
 
 namespace {
 
-/// Sets mu and lambda from Young's modulus and Poisson's ratio where these are given.
-/// @param key "wall." or "regions.NAME."
-template <class Law, class Number>
-void set_from_young(Material& material, const std::string& key, const MaterialOptions<Law, Number>& options) {
-  if (options.young_modulus.has_value() != options.poisson_ratio.has_value()) {
-    const bool has_young = options.young_modulus.has_value();
-    throw Error(key + (has_young ? "young_modulus" : "poisson_ratio") + ": given without " + key +
-                (has_young ? "poisson_ratio" : "young_modulus") + ", expected both or none");
-  }
-  if (!options.young_modulus) {
-    return;
-  }
-  if (!law_of(material).has(MaterialConstant::mu)) {
-    throw Error(key + "young_modulus: the material has other constants, expected one with mu and lambda");
-  }
-  const double young = *options.young_modulus;
-  const double poisson = *options.poisson_ratio;
-  if (!(poisson > -1 && poisson < 0.5)) {
-    throw Error(key + "poisson_ratio: " + number_text(poisson) +
-                " given, expected more than -1 and less than 0.5 (prism.thickness incompressible is the limit 0.5)");
-  }
-  material.mu = young / (2 * (1 + poisson));
-  material.lambda = young * poisson / ((1 + poisson) * (1 - 2 * poisson));
-}
-
 /// The undeformed state must resist shear and compression: mu > 0 and K = lambda + 2/3 mu > 0, with the law's moduli of
 /// small strain.
 void require_stable(const Material& material, const std::string& key) {
   const MaterialLaw& law = law_of(material);
-  if (law.has(MaterialConstant::ogden) && material.ogden_mu.size() != material.ogden_alpha.size()) {
+  const bool is_ogden = law.has(MaterialConstant::ogden);
+  if (is_ogden && material.ogden_mu.size() != material.ogden_alpha.size()) {
     throw Error(key + "ogden_alpha: " + std::to_string(material.ogden_alpha.size()) +
                 " entries given, expected as many as of " + key + "ogden_mu, " +
                 std::to_string(material.ogden_mu.size()));
   }
-  const auto [shear, first] = small_strain_moduli(material);
-  std::string shear_key = "mu";
-  if (law.has(MaterialConstant::c1)) {
-    shear_key = "c1";
-  } else if (law.has(MaterialConstant::ogden)) {
-    shear_key = "ogden_mu";
-    if (std::find(material.ogden_alpha.begin(), material.ogden_alpha.end(), 0) != material.ogden_alpha.end()) {
-      throw Error(key + "ogden_alpha: 0 given, expected exponents that are not zero");
-    }
+  if (is_ogden && std::count(material.ogden_alpha.begin(), material.ogden_alpha.end(), 0) > 0) {
+    throw Error(key + "ogden_alpha: 0 given, expected exponents that are not zero");
   }
+  const auto [shear, first] = small_strain_moduli(material);
   if (!(shear > 0)) {
-    throw Error(key + shear_key + ": the shear modulus of the undeformed material is " + number_text(shear) +
+    throw Error(key +
+                (is_ogden                        ? "ogden_mu"
+                 : law.has(MaterialConstant::c1) ? "c1"
+                                                 : "mu") +
+                ": the shear modulus of the undeformed material is " + number_text(shear) +
                 " Pa, expected more than 0" + (law.shear_words.empty() ? "" : " (" + law.shear_words) +
-                (law.has(MaterialConstant::ogden) ? ", see " + key + "ogden_alpha" : "") +
-                (law.shear_words.empty() ? "" : ")"));
+                (is_ogden ? ", see " + key + "ogden_alpha" : "") + (law.shear_words.empty() ? "" : ")"));
   }
   if (!(3 * first + 2 * shear > 0)) {
     throw Error(key + "lambda: " + number_text(material.lambda) +
@@ -72,35 +45,46 @@ void require_stable(const Material& material, const std::string& key) {
   }
 }
 
-Material wall_material(const MaterialOptions<Material::Law, double>& options) {
-  Material material{options.law, options.mu,       options.lambda,     options.c1,
-                    options.c2,  options.ogden_mu, options.ogden_alpha};
-  set_from_young(material, "wall.", options);
-  require_stable(material, "wall.");
+/// The material with mu and lambda by Young's modulus and Poisson's ratio where these are given. @throws Error
+/// @param key "wall." or "regions.NAME."
+template <class Law, class Number>
+Material checked(Material material, const std::string& key, const MaterialOptions<Law, Number>& options) {
+  const bool has_young = options.young_modulus.has_value();
+  if (has_young != options.poisson_ratio.has_value()) {
+    throw Error(key + (has_young ? "young_modulus" : "poisson_ratio") + ": given without " + key +
+                (has_young ? "poisson_ratio" : "young_modulus") + ", expected both or none");
+  }
+  if (has_young) {
+    if (!law_of(material).has(MaterialConstant::mu)) {
+      throw Error(key + "young_modulus: the material has other constants, expected one with mu and lambda");
+    }
+    const double young = *options.young_modulus;
+    const double poisson = *options.poisson_ratio;
+    material.mu = young / (2 * (1 + poisson));
+    material.lambda = young * poisson / ((1 + poisson) * (1 - 2 * poisson));
+  }
+  require_stable(material, key);
   return material;
 }
 
-/// @param key "regions.NAME."
-Material region_material(const Material& wall, const std::string& key,
+/// @param material of the wall @param key "regions.NAME."
+Material region_material(Material material, const std::string& key,
                          const MaterialOptions<RegionLaw, std::optional<double>>& options) {
-  Material material = wall;
-  material.law = law_of(options.law, wall.law);
+  material.law = law_of(options.law, material.law);
   if (options.young_modulus && (options.mu || options.lambda)) {
     throw Error(key + "young_modulus: given beside mu or lambda, expected one pair of constants");
   }
-  material.mu = options.mu.value_or(wall.mu);
-  material.lambda = options.lambda.value_or(wall.lambda);
-  material.c1 = options.c1.value_or(wall.c1);
-  material.c2 = options.c2.value_or(wall.c2);
+  material.mu = options.mu.value_or(material.mu);
+  material.lambda = options.lambda.value_or(material.lambda);
+  material.c1 = options.c1.value_or(material.c1);
+  material.c2 = options.c2.value_or(material.c2);
   if (!options.ogden_mu.empty()) {
     material.ogden_mu = options.ogden_mu;
   }
   if (!options.ogden_alpha.empty()) {
     material.ogden_alpha = options.ogden_alpha;
   }
-  set_from_young(material, key, options);
-  require_stable(material, key);
-  return material;
+  return checked(material, key, options);
 }
 
 /// Undeformed thickness of the local elements, without regard to regions.
@@ -201,9 +185,9 @@ std::vector<bool> select(const Membrane& membrane, const std::string& key, const
 }
 
 /// Applies the options of a region to its elements. Collective.
-/// @param number of the region's material
+/// @param names of the materials before, whose number is that of the region's
 void apply_region(Wall& wall, const Membrane& membrane, const std::string& name, const RegionOptions& options,
-                  int number, const std::vector<std::string>& names) {
+                  const std::vector<std::string>& names) {
   const std::vector<bool> chosen = select(membrane, "regions." + name + ".", options);
   // The lowest element that is in two regions; it does not depend on the number of ranks.
   struct {
@@ -222,7 +206,7 @@ void apply_region(Wall& wall, const Membrane& membrane, const std::string& name,
   }
   for (std::size_t e = 0; e < chosen.size(); ++e) {
     if (chosen[e]) {
-      wall.material[e] = number;
+      wall.material[e] = static_cast<int>(names.size());
       wall.thickness[e] = options.thickness.value_or(wall.thickness[e]);
       wall.density[e] = options.density.value_or(wall.density[e]);
     }
@@ -242,7 +226,9 @@ Wall make_wall(const Membrane& membrane, const WallOptions& options, const std::
               : options.thickness_rule == WallThickness::plane_stress ? ThicknessRule::plane_stress
                                                                       : ThicknessRule::fixed;
   wall.preserve_volume = options.thickness_rule == WallThickness::global_volume;
-  wall.materials.push_back(wall_material(options.material));
+  const auto& given = options.material;
+  wall.materials.push_back(checked(
+      {given.law, given.mu, given.lambda, given.c1, given.c2, given.ogden_mu, given.ogden_alpha}, "wall.", given));
   if (options.has_tension_field()) {
     Material& material = wall.materials.back();  // of which regions have the rest
     material.wrinkles = true;
@@ -254,7 +240,7 @@ Wall make_wall(const Membrane& membrane, const WallOptions& options, const std::
   std::vector<std::string> names{"wall"};  // by material
   for (const auto& [name, region] : options.regions) {
     wall.materials.push_back(region_material(wall.materials.front(), "regions." + name + ".", region.material));
-    apply_region(wall, membrane, name, region, static_cast<int>(names.size()), names);
+    apply_region(wall, membrane, name, region, names);
     names.push_back(name);
   }
   wall.rest.reserve(membrane.triangles.size());

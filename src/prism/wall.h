@@ -4,7 +4,7 @@
 
 #include "prism/material.h"
 #include "prism/metric_energy.h"
-#include "prism/wall_options.h"
+#include "prism/prism_options.h"
 #include "surface/membrane.h"
 
 namespace pellicle::prism {

@@ -18,8 +18,6 @@ namespace {
 /// Share of the area of the triangles laid flat below which |N| of a sharp fold gives no good normal.
 constexpr double sharp = 0.1;
 constexpr double flatness = 1 / (1 + sharp * sharp);  // so that a flat wall has a normal of length 1
-/// Least stretch of a wall for which its metric is used.
-constexpr double least_stretch = 0.1;
 
 Eigen::Map<const Eigen::Vector3d> position(const double* x, PetscInt i) {
   return Eigen::Map<const Eigen::Vector3d>(x + 3 * i);
@@ -68,9 +66,9 @@ void add_moments(const Rows& turns, const Rows& twists, const Rows& tilts, doubl
   }
 }
 
-/// A metric whose stretches are bounded away from zero.
+/// A metric whose stretches are bounded away from zero: at least 0.1.
 Eigen::Matrix2d bounded(const Eigen::Matrix2d& a) {
-  constexpr double least = least_stretch * least_stretch;
+  constexpr double least = 0.1 * 0.1;
   if (a.trace() > 2 * least && a.determinant() > least * a.trace()) {
     return a;  // both eigenvalues are larger
   }
@@ -94,7 +92,7 @@ WallBending::WallBending(const PrismElements& elements, const Projectors& projec
     stiffness_.push_back(mu / (6 * (1 - poisson)));
   }
   for (const PlateStencil& stencil : stencils_.stencils) {
-    most_points_ = std::max(most_points_, static_cast<Eigen::Index>(stencil.last - stencil.first));
+    most_points_ = std::max(most_points_, stencil.last - stencil.first);
   }
 }
 
@@ -107,7 +105,7 @@ std::vector<WallBending::Plate> WallBending::plates(const Field& start,
   for (std::size_t s = 0; s < stencils_.owned; ++s) {
     const std::vector<PlateCorner>& corners = stencils_.corners[s];
     is_used[stencils[s].centre] = std::all_of(corners.begin(), corners.end(), [this](const PlateCorner& corner) {
-      return elements_.stiffness(static_cast<std::size_t>(corner.element)) > 0;
+      return elements_.stiffness(corner.element) > 0;
     });
   }
   update_ghosts(membrane.particles, is_used);
@@ -134,10 +132,7 @@ std::vector<WallBending::Plate> WallBending::plates(const Field& start,
       area += undeformed;
       shrinkage += undeformed * std::sqrt(elements_.rest(e).area / undeformed);
       reference += edges.col(0).cross(edges.col(1)).norm();
-      int sharers = 0;
-      for (const PetscInt vertex : triangle) {
-        sharers += is_used[vertex];
-      }
+      const int sharers = is_used[triangle[0]] + is_used[triangle[1]] + is_used[triangle[2]];
       const double fraction = elements_.stiffness(e) * stiffness_[e] *
                               std::pow(thickness_ratio[e] * wall.thickness[e], 3) * undeformed / sharers;
       rigidity += fraction;
@@ -180,7 +175,7 @@ WallBending::State WallBending::state(const PlateStencil& stencil, const Plate& 
   if (stencil.is_closed) {
     before = position(x, stencils_.points[stencil.ring_end - 1]) - centre;
   }
-  for (std::size_t p = stencil.first + 1; p < stencil.last; ++p) {
+  for (Eigen::Index p = stencil.first + 1; p < stencil.last; ++p) {
     const Eigen::Vector3d arm = position(x, stencils_.points[p]) - centre;
     state.bent += arm * stencils_.weights[p].transpose();
     if (p < stencil.ring_end) {
@@ -203,13 +198,12 @@ WallBending::State WallBending::state(const PlateStencil& stencil, const Plate& 
 
 /// dN = sum_p dx_p x turning_p, without the mirror image.
 void WallBending::find_turning(const PlateStencil& stencil, const double* x, Eigen::Matrix3Xd& turning) const {
-  const std::size_t polygon = stencil.first + (stencil.is_closed ? 1 : 0);
+  const Eigen::Index polygon = stencil.first + (stencil.is_closed ? 1 : 0);
   turning.setZero();
-  for (std::size_t p = polygon; p < stencil.ring_end; ++p) {
-    const std::size_t next = p + 1 < stencil.ring_end ? p + 1 : polygon;
-    const std::size_t previous = p > polygon ? p - 1 : stencil.ring_end - 1;
-    turning.col(static_cast<Eigen::Index>(p - stencil.first)) =
-        position(x, stencils_.points[next]) - position(x, stencils_.points[previous]);
+  for (Eigen::Index p = polygon; p < stencil.ring_end; ++p) {
+    const Eigen::Index next = p + 1 < stencil.ring_end ? p + 1 : polygon;
+    const Eigen::Index previous = p > polygon ? p - 1 : stencil.ring_end - 1;
+    turning.col(p - stencil.first) = position(x, stencils_.points[next]) - position(x, stencils_.points[previous]);
   }
 }
 
@@ -248,12 +242,12 @@ double WallBending::add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gra
       by_area -= stencil.mirror.dot(by_area) * stencil.mirror;
       find_turning(stencil, positions, turning);
     }
-    for (std::size_t p = stencil.first; p < stencil.last; ++p) {
+    for (Eigen::Index p = stencil.first; p < stencil.last; ++p) {
       const PetscInt i = stencils_.points[p];
       if (i < owned) {
         gradient.col(i) += at.moments.dot(stencils_.weights[p]) * at.normal;
         if (!stencil.has_fixed_normal) {
-          gradient.col(i) += turning.col(static_cast<Eigen::Index>(p - stencil.first)).cross(by_area);
+          gradient.col(i) += turning.col(p - stencil.first).cross(by_area);
         }
       }
     }
@@ -265,12 +259,12 @@ std::vector<VertexPair> WallBending::pattern() const {
   const PetscInt owned = elements_.membrane().particles.owned;
   std::vector<VertexPair> pairs;
   for (const PlateStencil& stencil : stencils_.stencils) {
-    for (std::size_t p = stencil.first; p < stencil.last; ++p) {
+    for (Eigen::Index p = stencil.first; p < stencil.last; ++p) {
       const PetscInt row = stencils_.points[p];
       if (row >= owned) {
         continue;
       }
-      for (std::size_t q = stencil.first; q < stencil.last; ++q) {
+      for (Eigen::Index q = stencil.first; q < stencil.last; ++q) {
         pairs.push_back({row, stencils_.reach.to_global(stencils_.points[q])});
       }
     }
@@ -302,9 +296,9 @@ void WallBending::add_hessian(const HessianBlocks& blocks) const {
   std::size_t pair = 0;
   for (std::size_t s = 0; s < stencils_.stencils.size(); ++s) {
     const PlateStencil& stencil = stencils_.stencils[s];
-    const std::size_t count = stencil.last - stencil.first;
-    const auto is_row = [&](std::size_t p) { return stencils_.points[stencil.first + p] < owned; };
-    for (std::size_t p = 0; p < count; ++p) {
+    const Eigen::Index count = stencil.last - stencil.first;
+    const auto is_row = [&](Eigen::Index p) { return stencils_.points[stencil.first + p] < owned; };
+    for (Eigen::Index p = 0; p < count; ++p) {
       first_pair[p] = pair;
       pair += is_row(p) ? count : 0;
     }
@@ -332,26 +326,25 @@ void WallBending::add_hessian(const HessianBlocks& blocks) const {
       second = (kept * second * kept).eval();
     }
     const Eigen::Matrix3d bent_by_area = at.bent.transpose() * by_area;
-    for (std::size_t p = 0; p < count; ++p) {
+    for (Eigen::Index p = 0; p < count; ++p) {
       const PlateCurvature& weight = stencils_.weights[stencil.first + p];
-      const auto k = static_cast<Eigen::Index>(p);
       Eigen::Matrix3d bend = weight * at.normal.transpose();
       if (turns_normal) {
-        const Eigen::Matrix3d turn = -cross_matrix(turning.col(k));
+        const Eigen::Matrix3d turn = -cross_matrix(turning.col(p));
         bend += bent_by_area * turn;
         if (has_moments) {
-          moment[k] = at.moments.dot(weight);
-          turns.middleCols<3>(3 * k) = turn;
-          tilts.middleCols<3>(3 * k) = by_area * turn;
-          twists.middleCols<3>(3 * k) = second * turn + moment[k] * by_area.transpose();
+          moment[p] = at.moments.dot(weight);
+          turns.middleCols<3>(3 * p) = turn;
+          tilts.middleCols<3>(3 * p) = by_area * turn;
+          twists.middleCols<3>(3 * p) = second * turn + moment[p] * by_area.transpose();
         }
       }
-      bends.middleCols<3>(3 * k) = bend;
-      stiff.middleCols<3>(3 * k) = plates_[s].stiffness * bend;
+      bends.middleCols<3>(3 * p) = bend;
+      stiff.middleCols<3>(3 * p) = plates_[s].stiffness * bend;
     }
 
     // The upper half of bends^T stiff + turns^T twists + moment tilts, and the second derivative of N.
-    const auto end = static_cast<Eigen::Index>(3 * count);
+    const Eigen::Index end = 3 * count;
     for (Eigen::Index row = 0; row < end; ++row) {
       const Eigen::Index from = row - row % 3;
       set_products(bends, stiff, row, from, end, sum.row(row).data());
@@ -361,17 +354,16 @@ void WallBending::add_hessian(const HessianBlocks& blocks) const {
     }
     if (has_moments) {
       const Eigen::Matrix3d turned = cross_matrix(force);
-      const auto ring = static_cast<Eigen::Index>(stencil.ring_end - stencil.first);
+      const Eigen::Index ring = stencil.ring_end - stencil.first;
       const Eigen::Index polygon = stencil.is_closed ? 1 : 0;
       for (Eigen::Index p = polygon; p + 1 < ring; ++p) {
         sum.block<3, 3>(3 * p, 3 * p + 3) -= turned;
       }
       sum.block<3, 3>(3 * polygon, 3 * (ring - 1)) += turned;
     }
-    for (std::size_t p = 0; p < count; ++p) {
-      for (std::size_t q = p; q < count; ++q) {
-        const Eigen::Matrix3d block =
-            sum.block<3, 3>(static_cast<Eigen::Index>(3 * p), static_cast<Eigen::Index>(3 * q));
+    for (Eigen::Index p = 0; p < count; ++p) {
+      for (Eigen::Index q = p; q < count; ++q) {
+        const Eigen::Matrix3d block = sum.block<3, 3>(3 * p, 3 * q);
         if (is_row(p)) {
           blocks.add(first_pair[p] + q, block);
         }

@@ -2,26 +2,11 @@
 
 #include <utility>
 
+#include "energies/vertex_potential.h"
 #include "geometry/pressure_load.h"
 #include "prism/gradient_stiffness.h"
 
 namespace pellicle::prism {
-
-namespace {
-
-/// @param blended set to the returned object, if it is exact and can be moved to its positive part by a fraction
-std::unique_ptr<ElementStiffness> make_stiffness(const PrismElements& elements, const PrismOptions& options,
-                                                 MetricStiffness*& blended) {
-  if (options.tangent == ElementTangent::exact) {
-    auto stiffness = std::make_unique<MetricStiffness>(elements, options.positive_elements);
-    blended = options.positive_elements ? nullptr : stiffness.get();
-    return stiffness;
-  }
-  return std::make_unique<GradientStiffness>(
-      elements, options.tangent == ElementTangent::paper ? Director::left_out : Director::varied);
-}
-
-}  // namespace
 
 std::vector<VertexPair> pairs_of_elements(const Surface& surface) {
   std::vector<VertexPair> pairs;
@@ -38,34 +23,27 @@ std::vector<VertexPair> pairs_of_elements(const Surface& surface) {
 
 WallPotential::WallPotential(const PrismElements& elements, const PrismOptions& options)
     : elements_(elements),
-      exact_(make_stiffness(elements, options, blended_)),
-      positive_(elements, true),
-      in_use_(exact_.get()),
-      thickness_ratio_(elements.membrane().triangles.size(), 1.0) {}
+      blends_(options.tangent == ElementTangent::exact && !options.positive_elements),
+      positive_(elements),
+      thickness_ratio_(elements.membrane().triangles.size(), 1.0) {
+  if (options.tangent == ElementTangent::exact) {
+    exact_ = std::make_unique<MetricStiffness>(elements);
+  } else {
+    const bool is_papers = options.tangent == ElementTangent::paper;
+    exact_ = std::make_unique<GradientStiffness>(elements, is_papers ? Director::left_out : Director::varied);
+  }
+  in_use_ = exact_.get();
+}
 
 void WallPotential::set_load(std::vector<double> pressure, std::vector<PetscInt> rims) {
   pressure_ = std::move(pressure);
   rims_ = std::move(rims);
 }
 
-void WallPotential::set_psd_blend(double fraction) {
-  psd_blend_ = fraction;
-  if (blends()) {
-    blended_->leave_out(fraction);
-  }
-}
-
-double WallPotential::add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const {
-  gradient = -gradient;
-  const double energy = elements_.add_force(x, thickness_ratio_, gradient);
-  gradient = -gradient;
-  return energy;
-}
-
 void WallPotential::update_hessian(const Field& x, Curvature curvature) {
   at_rims_.clear();
   if (curvature == Curvature::psd) {
-    positive_.update(x, thickness_ratio_, {});
+    positive_.update(x, thickness_ratio_, {}, 1);
     in_use_ = &positive_;
     return;
   }
@@ -73,7 +51,7 @@ void WallPotential::update_hessian(const Field& x, Curvature curvature) {
   for (double& p : pressure) {
     p *= 1 - psd_blend_;
   }
-  exact_->update(x, thickness_ratio_, pressure);
+  exact_->update(x, thickness_ratio_, pressure, blends_ ? psd_blend_ : 1);
   in_use_ = exact_.get();
   for (const PetscInt side : pressure.empty() ? std::vector<PetscInt>() : rims_) {
     const std::size_t element = side / 3;
@@ -107,6 +85,65 @@ void WallPotential::add_product(const double* w, double* result) const {
     for (std::size_t end = 0; end < 2; ++end) {
       Eigen::Map<Eigen::Vector3d>(result + ends[end]) += at_rims_[rim] * (2 * of_ends[end] + of_ends[1 - end]);
     }
+  }
+}
+
+DampingPotential::DampingPotential(const PrismElements& elements, const std::vector<double>& mass,
+                                   const PrismOptions& options)
+    : membrane_(elements.membrane()),
+      mass_(mass),
+      mass_damping_(options.mass_damping),
+      stiffness_damping_(options.stiffness_damping),
+      stiffness_(elements) {}
+
+void DampingPotential::begin_step(const Field& at, const std::vector<double>& thickness_ratio,
+                                  const Eigen::Matrix3Xd& still, double rate) {
+  y_v_ = still;
+  rate_ = rate;
+  if (multiplies()) {
+    stiffness_.update(at, thickness_ratio, {}, 1);
+  }
+}
+
+double DampingPotential::value(const Field& x) const {
+  Eigen::Matrix3Xd gradient = Eigen::Matrix3Xd::Zero(3, membrane_.particles.owned);
+  return add_value_and_gradient(x, gradient);
+}
+
+double DampingPotential::add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const {
+  const Eigen::Matrix3Xd displacement = x.values() - y_v_;
+  Eigen::Matrix3Xd force = Eigen::Matrix3Xd::Zero(3, displacement.cols());  // c C (x - x_v), complete where owned
+  add_product(displacement.data(), force.data());
+  const PetscInt owned = membrane_.particles.owned;
+  gradient += force.leftCols(owned);
+  return force.leftCols(owned).cwiseProduct(displacement.leftCols(owned)).sum() / 2;
+}
+
+std::vector<VertexPair> DampingPotential::pattern() const {
+  std::vector<VertexPair> pairs = multiplies() ? pairs_of_elements(membrane_) : std::vector<VertexPair>();
+  const std::vector<VertexPair> single = pairs_of_vertices(membrane_.particles);
+  pairs.insert(pairs.end(), single.begin(), single.end());
+  return pairs;
+}
+
+void DampingPotential::add_hessian(const HessianBlocks& blocks) const {
+  std::size_t first = 0;  // of the pairs of single vertices
+  if (multiplies()) {
+    stiffness_.add_blocks(stiffness_damping_ * rate_, blocks);
+    first = 9 * membrane_.triangles.size();
+  }
+  for (std::size_t i = 0; i < mass_.size(); ++i) {
+    blocks.add(first + i, mass_damping_ * mass_[i] * rate_ * Eigen::Matrix3d::Identity());
+  }
+}
+
+void DampingPotential::add_product(const double* w, double* result) const {
+  for (std::size_t i = 0; i < mass_.size(); ++i) {
+    Eigen::Map<Eigen::Vector3d>(result + 3 * i) +=
+        mass_damping_ * mass_[i] * rate_ * Eigen::Map<const Eigen::Vector3d>(w + 3 * i);
+  }
+  if (multiplies()) {
+    stiffness_.add_product(stiffness_damping_ * rate_, w, result);
   }
 }
 

@@ -24,8 +24,6 @@
 #include "io/output_options.h"
 #include "meshing/mesh_options.h"
 #include "prism/prism_options.h"
-#include "prism/volume_preservation.h"
-#include "prism/wall_options.h"
 #include "projection/project_options.h"
 #include "surface/sheet_options.h"
 #include "world/checkpoint_options.h"

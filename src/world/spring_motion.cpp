@@ -11,7 +11,6 @@
 
 #include "air/drag_potential.h"
 #include "combustion/combustion.h"
-#include "elastic/elastic_sheet.h"
 #include "elastic/spring_sheet.h"
 #include "energies/vertex_potential.h"
 #include "io/texture.h"
@@ -102,7 +101,7 @@ class ElasticMotion : public SpringMotion {
   StageResult begin_balance(Step& step) override;
 
  private:
-  double largest_excess_;  ///< see SpringSheet::largest_excess
+  double largest_excess_;  ///< see ElasticSheet::largest_excess
 };
 
 }  // namespace
@@ -350,13 +349,14 @@ ElasticMotion::ElasticMotion(const Sheet& sheet, const Options& options, State& 
   const auto factors = [&](const char* key, const std::string& file) {
     return textures.values(sheet.uv, key, file, material.stiffness_range);
   };
-  set_springs(
+  auto springs =
       std::make_unique<ElasticSheet>(sheet, material, options.sheet.thickness,
                                      MaterialFactors{factors("sheet.tensile_texture", material.tensile_texture),
                                                      factors("sheet.shear_texture", material.shear_texture),
                                                      factors("sheet.bending_texture", material.bending_texture)},
-                                     pins_.pinned(), pins_.clamped(), elastic_options(options), others()));
-  largest_excess_ = springs_->largest_excess();
+                                     pins_.pinned(), pins_.clamped(), elastic_options(options), others());
+  largest_excess_ = springs->largest_excess();
+  set_springs(std::move(springs));
 }
 
 void ElasticMotion::set_lengths() {

@@ -29,7 +29,6 @@
 #include "meshing/closed_shapes.h"
 #include "meshing/mesh_options.h"
 #include "options/arguments.h"
-#include "prism/damping_potential.h"
 #include "prism/wall.h"
 #include "prism/wall_potential.h"
 #include "surface/membrane.h"
@@ -65,8 +64,9 @@ struct Inflated {
         volume_gradient.col(i) += fraction;
       }
     }
-    force = pressure * volume_gradient;
-    elements.add_force(positions, thickness_ratio, force);
+    force = -pressure * volume_gradient;
+    elements.add_gradient(positions, thickness_ratio, force);
+    force = -force;
   }
 
   Membrane membrane;

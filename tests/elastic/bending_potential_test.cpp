@@ -38,7 +38,7 @@ struct Bent {
         ones(none.size(), 1),
         active(sheet),
         x(sheet.particles, 3),
-        potential(sheet, weave_of(sheet, Eigen::Vector3d::UnitX()), none),
+        potential(sheet, Eigen::Vector3d::UnitX(), none),
         stiffness(stiffness_of) {
     x.values() = sheet.rest;
     begin(ones);

@@ -32,7 +32,7 @@ class Crumpled {
         clamped_(at_clamp(sheet_)),
         x(sheet_.particles, 3),
         springs_(sheet_),
-        bending_(sheet_, weave_of(sheet_, Eigen::Vector3d::UnitX()), clamped_),
+        bending_(sheet_, Eigen::Vector3d::UnitX(), clamped_),
         inertia_(make_vertex_potential(sheet_.particles, [](PetscInt i, const Eigen::Vector3d&) {
           return PointPotential{0, Eigen::Vector3d::Zero(), (2.0 + i % 2) * Eigen::Matrix3d::Identity()};
         })) {
@@ -51,7 +51,7 @@ class Crumpled {
     const ActiveSet active(sheet_);
     const std::vector<double> ones(projectors.size(), 1);
     const Stiffness stiffness = stiffness_of({});
-    SheetSprings material(sheet_, stiffness, weave_of(sheet_, Eigen::Vector3d::UnitX()), {});
+    SheetSprings material(sheet_, stiffness, Eigen::Vector3d::UnitX(), {});
     springs_.set(undeformed_springs(sheet_, material.stiffness(active)));
     Field start(sheet_.particles, 3);
     start.values() = sheet_.rest;

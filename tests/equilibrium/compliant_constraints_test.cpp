@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "elastic/bending_stencils.h"
-#include "elastic/elastic_sheet.h"
 #include "elastic/sheet_springs.h"
+#include "elastic/spring_sheet.h"
 #include "surface/shell.h"
 #include "tests/support/balanced_step.h"
 #include "tests/support/grid_mesh.h"
@@ -32,8 +32,7 @@ class CompliantConstraints {
   CompliantConstraints(const Sheet& sheet, const SheetMaterial& material, const std::vector<bool>& pinned, double h)
       : h_(h), inverse_mass_(3 * sheet.particles.owned) {
     const Stiffness stiffness = stiffness_of(material);
-    const Weave weave = weave_of(sheet, material.warp);
-    SheetSprings springs(sheet, stiffness, weave, MaterialFactors());
+    SheetSprings springs(sheet, stiffness, material.warp, MaterialFactors());
     const auto& of_springs = springs.stiffness(ActiveSet(sheet));
     for (const Colour colour : all_colours) {
       const SpringSet& set = sheet.of(colour);
@@ -44,7 +43,7 @@ class CompliantConstraints {
         }
       }
     }
-    BendingStencils bending(sheet, weave, std::vector<bool>(pinned.size()));
+    BendingStencils bending(sheet, material.warp, std::vector<bool>(pinned.size()));
     bending.update(ActiveSet(sheet));
     const Eigen::Array3d by_direction(stiffness.bending[0], 2 * std::sqrt(stiffness.bending[0] * stiffness.bending[1]),
                                       stiffness.bending[1]);

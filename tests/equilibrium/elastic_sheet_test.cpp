@@ -1,5 +1,3 @@
-#include "elastic/elastic_sheet.h"
-
 #include <gtest/gtest.h>
 #include <petscsys.h>
 
@@ -9,6 +7,7 @@
 #include <map>
 #include <vector>
 
+#include "elastic/spring_sheet.h"
 #include "meshing/generators.h"
 #include "surface/shell.h"
 #include "surface/weave_strain.h"

@@ -120,8 +120,8 @@ struct Balloon : TestedWall {
   /// Elastic force on the owned vertices [N].
   Eigen::Matrix3Xd force(const Field& positions) const {
     Eigen::Matrix3Xd result = Eigen::Matrix3Xd::Zero(3, membrane.particles.owned);
-    elements.add_force(positions, thickness_ratio, result);
-    return result;
+    elements.add_gradient(positions, thickness_ratio, result);
+    return -result;
   }
 
   double energy(const Field& positions) const { return summed(elements.energy(positions, thickness_ratio)); }

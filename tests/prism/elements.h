@@ -24,14 +24,14 @@ inline std::vector<NamedMaterial> test_materials(double lambda = 6e5) {
     material.lambda = lambda;
   }
   all[0].name = "St. Venant-Kirchhoff";
-  all[0].material.law = Material::law_named("st_venant_kirchhoff");
+  all[0].material.law = Choice<Material::Law>("st_venant_kirchhoff");
   all[1].name = "neo-Hookean";
   all[2].name = "Mooney-Rivlin";
-  all[2].material.law = Material::law_named("mooney_rivlin");
+  all[2].material.law = Choice<Material::Law>("mooney_rivlin");
   all[2].material.c1 = 1.8e5;
   all[2].material.c2 = 0.2e5;
   all[3].name = "Ogden";
-  all[3].material.law = Material::law_named("ogden");
+  all[3].material.law = Choice<Material::Law>("ogden");
   all[3].material.ogden_mu = {6.3e5, 1.2e3, -1e4};
   all[3].material.ogden_alpha = {1.3, 5, -2};
   return all;

@@ -19,12 +19,13 @@ GradientElement gradient_of(const Material& material, ThicknessRule rule, const 
   return gradient_element(material, rule, element.rest(), element.e12, element.e13, given_ratio);
 }
 
+/// Change of the forces for displacements w.
 Vector9d action(const GradientElement& element, Director director, const Vector9d& w) {
   const Eigen::Vector3d corners[3] = {w.head<3>(), w.segment<3>(3), w.tail<3>()};
-  Eigen::Vector3d df[3];
-  gradient_action(element, director, corners, df);
+  Eigen::Vector3d product[3];
+  gradient_action(element, director, corners, product);
   Vector9d result;
-  result << df[0], df[1], df[2];
+  result << -product[0], -product[1], -product[2];
   return result;
 }
 

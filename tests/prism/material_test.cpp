@@ -91,7 +91,7 @@ TEST(Material, OgdenKeepsItsDigitsWhereStretchesCoincide) {
   double worst = 0;
   for (const int alpha : {1, 6, 8, -2, -4}) {
     Material material;
-    material.law = Material::law_named("ogden");
+    material.law = Choice<Material::Law>("ogden");
     material.ogden_mu = {static_cast<double>(alpha)};
     material.ogden_alpha = {static_cast<double>(alpha)};
     for (const double mean : {0.3, 1.0, 1.7, 9.0}) {
@@ -121,10 +121,10 @@ TEST(Material, OgdenKeepsItsDigitsWhereStretchesCoincide) {
 
 TEST(Material, OgdenWithExponentsTwoAndMinusTwoIsMooneyRivlin) {
   Material ogden, mooney;
-  mooney.law = Material::law_named("mooney_rivlin");
+  mooney.law = Choice<Material::Law>("mooney_rivlin");
   mooney.c1 = 1.8e5;
   mooney.c2 = 0.2e5;
-  ogden.law = Material::law_named("ogden");
+  ogden.law = Choice<Material::Law>("ogden");
   ogden.ogden_mu = {2 * mooney.c1, -2 * mooney.c2};
   ogden.ogden_alpha = {2, -2};
   for (const Eigen::Vector2d& s : {Eigen::Vector2d(1, 1), Eigen::Vector2d(2, 2), Eigen::Vector2d(1.3, 7)}) {

@@ -305,8 +305,8 @@ TEST(PositivePart, OfAnyElementIsSymmetricAndHasNoNegativeEigenvalue) {
           EXPECT_EQ(positive.gradient, exact.gradient);
         }
         const bool is_convex =
-            material.law == Material::law_named("st_venant_kirchhoff") ||
-            (material.law == Material::law_named("neo_hookean") && rule == ThicknessRule::incompressible);
+            material.law == Choice<Material::Law>("st_venant_kirchhoff") ||
+            (material.law == Choice<Material::Law>("neo_hookean") && rule == ThicknessRule::incompressible);
         if (is_convex) {
           EXPECT_EQ(positive.hessian, exact.hessian) << material_name << ", " << rule_name;
         }

@@ -9,7 +9,6 @@
 #include "geometry/pressure_load.h"
 #include "geometry/principal_axes.h"
 #include "linear/ksp.h"
-#include "prism/damping_potential.h"
 #include "prism/wall_potential.h"
 #include "tests/prism/balloons.h"
 

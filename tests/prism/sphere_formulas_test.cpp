@@ -5,10 +5,10 @@
 namespace pellicle {
 namespace {
 
-Material neo_hookean() { return {Material::law_named("neo_hookean"), 4e5, 0, 0, 0, {}, {}}; }
-Material mooney_rivlin() { return {Material::law_named("mooney_rivlin"), 0, 0, 2e5, 2e4, {}, {}}; }
-Material ogden() { return {Material::law_named("ogden"), 0, 0, 0, 0, {6.3e5, 1.2e3, -1e4}, {1.3, 5, -2}}; }
-Material st_venant_kirchhoff() { return {Material::law_named("st_venant_kirchhoff"), 4e5, 6e5, 0, 0, {}, {}}; }
+Material neo_hookean() { return {Choice<Material::Law>("neo_hookean"), 4e5, 0, 0, 0, {}, {}}; }
+Material mooney_rivlin() { return {Choice<Material::Law>("mooney_rivlin"), 0, 0, 2e5, 2e4, {}, {}}; }
+Material ogden() { return {Choice<Material::Law>("ogden"), 0, 0, 0, 0, {6.3e5, 1.2e3, -1e4}, {1.3, 5, -2}}; }
+Material st_venant_kirchhoff() { return {Choice<Material::Law>("st_venant_kirchhoff"), 4e5, 6e5, 0, 0, {}, {}}; }
 
 TEST(SphereFormulas, NeoHookeanLimitPoint) {
   const double stretch = extremal_stretch(neo_hookean(), 1.05, 3);

@@ -172,9 +172,9 @@ TEST(Wall, RegionsDifferInWhatTheyGive) {
   }
   MPI_Allreduce(MPI_IN_PLACE, count.data(), 3, MPIU_INT, MPI_SUM, PETSC_COMM_WORLD);
   EXPECT_GT(*std::min_element(count.begin(), count.end()), 0);
-  EXPECT_EQ(wall.materials[1].law, Material::law_named("neo_hookean"));
+  EXPECT_EQ(wall.materials[1].law, Choice<Material::Law>("neo_hookean"));
   EXPECT_EQ(wall.materials[1].mu, 8e5);
-  EXPECT_EQ(wall.materials[2].law, Material::law_named("mooney_rivlin"));
+  EXPECT_EQ(wall.materials[2].law, Choice<Material::Law>("mooney_rivlin"));
   EXPECT_EQ(wall.materials[2].c1, 3e5);
   EXPECT_EQ(wall.materials[2].c2, options.material.c2) << "the wall's";
 }

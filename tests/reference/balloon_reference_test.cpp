@@ -94,9 +94,9 @@ TEST_P(ReferenceBalloon, Elements) {
     const PrismElements elements(c.membrane, wall);
     const double energy = expected["energy"].as<double>();
     EXPECT_NEAR(c.sum(elements.energy(x, ratio)), energy, tolerance * energy) << name;
-    Eigen::Matrix3Xd force = Eigen::Matrix3Xd::Zero(3, c.membrane.particles.owned);
-    elements.add_force(x, ratio, force);
-    c.expect(force, expected["f"], name + " force");
+    Eigen::Matrix3Xd gradient = Eigen::Matrix3Xd::Zero(3, c.membrane.particles.owned);
+    elements.add_gradient(x, ratio, gradient);
+    c.expect(-gradient, expected["f"], name + " force");
     for (const bool positive : {false, true}) {
       for (const char* type : {"baij", "shell"}) {
         PrismOptions options;

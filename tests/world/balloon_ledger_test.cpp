@@ -215,7 +215,7 @@ class BalloonTable : public ::testing::TestWithParam<std::string> {
   std::pair<double, double> residual(const State& start) {
     Eigen::Matrix3Xd wall = Eigen::Matrix3Xd::Zero(3, membrane_.particles.owned);
     Eigen::Matrix3Xd gas = Eigen::Matrix3Xd::Zero(3, membrane_.particles.owned);
-    balloons_.elements().add_force(state_.position, start.thickness_ratio, wall);
+    balloons_.elements().add_gradient(state_.position, start.thickness_ratio, wall);
     for (int chamber = 0; chamber < 2; ++chamber) {
       gas += state_.pressure[chamber] * balloons_.chambers().volume_gradient(chamber, state_.position);
     }
@@ -224,7 +224,7 @@ class BalloonTable : public ::testing::TestWithParam<std::string> {
       const double m = mass_[membrane_.persistent_id[i]];
       const Eigen::Vector3d displacement = state_.position.vector(i) - start.position.vector(i);
       Eigen::Matrix<double, 3, 5> forces;
-      forces << wall.col(i), gas.col(i), m * options_.force.gravity,
+      forces << -wall.col(i), gas.col(i), m * options_.force.gravity,
           -m / (h * h) * (displacement - h * start.velocity.vector(i)), -m * damping / h * displacement;
       squares[0] += forces.rowwise().sum().squaredNorm();
       squares.tail<5>() += forces.colwise().squaredNorm().transpose();

@@ -94,11 +94,11 @@ double buckling_force(const SurfaceMesh& mesh, double length, double width) {
   StaticBalloon strip(mesh, options);
   strip.reach(2, 10);
   const PetscInt owned = strip.membrane().particles.owned;
-  Eigen::Matrix3Xd forces = Eigen::Matrix3Xd::Zero(3, owned);
-  strip.elements().add_force(strip.state().position, strip.state().thickness_ratio, forces);
+  Eigen::Matrix3Xd gradient = Eigen::Matrix3Xd::Zero(3, owned);
+  strip.elements().add_gradient(strip.state().position, strip.state().thickness_ratio, gradient);
   double force = 0;
   for (const PetscInt i : strip.membrane().groups.at("left")) {
-    force -= i < owned ? forces(0, i) : 0;
+    force += i < owned ? gradient(0, i) : 0;
   }
   MPI_Allreduce(MPI_IN_PLACE, &force, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
   return force / (rigidity(0) * std::pow(M_PI / length, 2) * width);
