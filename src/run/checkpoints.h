@@ -8,7 +8,7 @@
 #include "io/console.h"
 #include "io/output_folder.h"
 #include "state/hdf5_file.h"
-#include "world/checkpoint_options.h"
+#include "world/options.h"
 
 namespace pellicle::run {
 
