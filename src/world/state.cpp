@@ -4,6 +4,7 @@
 #include <string>
 
 #include "parallel/collective.h"
+#include "world/fire_remarks.h"
 
 namespace pellicle::world {
 
@@ -31,6 +32,25 @@ GasExchange& add_gas(FieldRegistry& state, int chambers, int links) {
 }
 
 }  // namespace
+
+BurningFields::BurningFields(FieldRegistry& registry, const Surface& surface)
+    : registry(registry), active(registry.own<ActiveSet>(surface)) {
+  fire_record = FireRecord().numbers();
+  registry.declare({"piece", "", Item::particle}, pieces.of_particle);
+  registry.declare({"pieces_present", "", Item::object}, pieces.present);
+  registry.declare({"pieces_birth_time", "s", Item::object}, pieces.birth_time);
+  registry.declare({"pieces_next_id", "", Item::object}, pieces.next_id);
+  registry.declare({"living_triangles", "", Item::cell}, active.triangles, surface.triangles_per_element);
+  registry.declare({"cracked", "", Item::cell}, active.cracked, surface.sides_per_element());
+  for (const Colour colour : all_colours) {
+    const auto index = static_cast<std::size_t>(colour);
+    registry.declare({std::string("living_springs_") + colour_names[index], "", Item::spring, Drawn::no, true},
+                     active.springs[index]);
+  }
+  mass.values() = Eigen::Map<const Eigen::RowVectorXd>(surface.initial_mass.data(), mass.values().cols());
+  pieces.of_particle.assign(surface.particles.local(), -1);
+  std::fill(burn_time.begin(), burn_time.end(), -1);
+}
 
 State::State(const Surface& surface, const Options& options, int chambers)
     : FieldRegistry(surface.particles, {surface.elements.owned, surface.elements.local()}),

@@ -8,8 +8,9 @@
 #include "gas/gas_exchange.h"
 #include "parallel/records.h"
 #include "state/field_registry.h"
+#include "surface/active_set.h"
+#include "surface/pieces.h"
 #include "surface/surface.h"
-#include "world/burning_fields.h"
 #include "world/options.h"
 
 namespace pellicle::world {
@@ -45,6 +46,36 @@ template <class Kind>
 double& of(Eigen::VectorXd& numbers, Kind kind) {
   return numbers[static_cast<Eigen::Index>(kind)];
 }
+
+/// The fields of a surface that heats, burns and is cut.
+struct BurningFields {
+  /// Everything lives and has its initial mass; temperatures and pieces are not set yet. The registry must outlive
+  /// it. Collective.
+  BurningFields(FieldRegistry& registry, const Surface& surface);
+
+  FieldRegistry& registry;  ///< of the state, in which they are declared
+  Field& temperature = registry.add<Field>({"temperature", "K", Item::particle, Drawn::of_both_layers});
+  /// 0: the particle has been removed from the surface.
+  Field& mass = registry.add<Field>({"mass", "kg", Item::particle, Drawn::no, false, true});
+  /// Of the last step, at most 0.
+  Field& mass_change = registry.add<Field>({"mass_change", "kg", Item::particle, Drawn::no, false, true});
+  Pieces& pieces = registry.own<Pieces>();
+  /// When each local element began to burn away; -1: not yet.
+  std::vector<double>& burn_time = registry.add<std::vector<double>>({"burn_time", "s", Item::cell, Drawn::yes});
+  ActiveSet& active;
+  /// Since the beginning, by the owned particles, with what was left when they left.
+  double& mass_burnt = registry.add<double>({"mass_burnt", "kg", Item::sum});
+  // Since the beginning, each side counted by the rank that had it.
+  double& cracked_sides = registry.add<double>({"cracked_sides", "", Item::sum});
+  double& crack_length = registry.add<double>({"crack_length", "m", Item::sum});  ///< undeformed
+  // Heat ledger, of the owned particles: the content is initial + in - out + made.
+  double& heat_initial = registry.add<double>({"heat_initial", "J", Item::sum});  ///< by those owned at the beginning
+  double& heat_in = registry.add<double>({"heat_in", "J", Item::sum});  ///< from sources, burning, warmer surroundings
+  double& heat_out = registry.add<double>({"heat_out", "J", Item::sum});    ///< to cooler ones and with what burnt
+  double& heat_made = registry.add<double>({"heat_made", "J", Item::sum});  ///< by conduction that does not conserve it
+  Eigen::VectorXd& fire_record =
+      registry.add<Eigen::VectorXd>({"fire_record", "", Item::object}, 4);  ///< FireRecord::numbers
+};
 
 /// The state of an object: the fields of its stages, in one registry. Ghosts are up to date
 /// between steps. After a failed step the state is restored by assigning a copy of the registry.
