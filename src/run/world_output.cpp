@@ -62,7 +62,7 @@ WorldOutput::WorldOutput(World& world, OutputFolder& folder, Console& console, c
     tables_.push_back(std::make_unique<HistoryTables>(folder, *world.objects()[i], is_coupled[i]));
   }
   for (const std::unique_ptr<Group>& group : world.groups()) {
-    if (!group->plan().is_single() && group->plan().any_touches()) {
+    if (!group->plan().is_single() && group->plan().contact.self) {
       contacts_.push_back({group.get(), std::make_unique<History>(folder, "contacts.csv", group->report().columns())});
     }
   }

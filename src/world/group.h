@@ -34,7 +34,7 @@ class Group {
   StageClock* clock() { return plan_.is_single() ? nullptr : &clock_; }
 
  private:
-  std::vector<std::size_t> present() const;
+  std::vector<Object*> present() const;
   std::vector<Object*> touching() const;
   Equilibrium* equilibrium();
 

@@ -87,8 +87,8 @@ TEST_P(AllocationsOfAStep, AreNone) {
     stage->update_derived();
   }
   MotionStage& motion = *stages.motion;
-  const GroupPlan plan = plan_of("", options);
-  Equilibrium equilibrium({{"", &motion, plan.touches[0]}}, plan.contact, plan.newton, clock, motion.stage());
+  const GroupPlan plan = plan_of(options);
+  Equilibrium equilibrium({{"", &motion, plan.contact.self}}, plan.contact, plan.newton, clock, motion.stage());
   const std::array<std::string, 7> names{"heat",   "combustion", "shrinkage",   "ablation",
                                          "motion", "strain",     "heat balance"};
   ASSERT_EQ(stages.all.size(), names.size());

@@ -28,9 +28,9 @@ class Alone {
   /// @param mesh on all ranks, of which rank 0's counts
   Alone(const SurfaceMesh& mesh, Options options, ChainKind chain = ChainKind::burn, MPI_Comm comm = PETSC_COMM_WORLD)
       : object("", of_chain(std::move(options), chain), comm, rows_of(comm, mesh)),
-        plan_(plan_of("", object.options())),
+        plan_(plan_of(object.options())),
         clock_({object.motion().stage()}),
-        equilibrium_({{"", &object.motion(), plan_.touches[0]}}, plan_.contact, plan_.newton, clock_,
+        equilibrium_({{"", &object.motion(), plan_.contact.self}}, plan_.contact, plan_.newton, clock_,
                      object.motion().stage()) {}
 
   /// One step of length h [s].
