@@ -33,12 +33,15 @@ struct Stages {
   MotionStage* motion = nullptr;
   GasStage* gas = nullptr;  ///< null: the object has no chambers
 
-  template <class Kind, class... Arguments>
-  Kind& add(Arguments&&... arguments) {
-    auto stage = std::make_unique<Kind>(std::forward<Arguments>(arguments)...);
+  template <class Kind>
+  Kind& add(std::unique_ptr<Kind> stage) {
     Kind& added = *stage;
     all.push_back(std::move(stage));
     return added;
+  }
+  template <class Kind, class... Arguments>
+  Kind& add(Arguments&&... arguments) {
+    return add(std::make_unique<Kind>(std::forward<Arguments>(arguments)...));
   }
   /// Adds a stage before the motion, and before its gas if it has any.
   Stage& add_before_motion(std::unique_ptr<Stage> stage) {

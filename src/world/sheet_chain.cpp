@@ -127,29 +127,22 @@ class SheetChain : public Chain {
 
   Stages make_stages(const Surface& surface, State& state, StageClock& clock, Textures& textures) const override {
     Stages stages;
-    std::unique_ptr<GasStage> gas;
     if (!options_.chambers.empty()) {
       const bool is_projected = options_.dynamics == Dynamics::projection;
-      gas = std::make_unique<GasStage>(surface, options_, state,
-                                       is_projected ? TimeIntegrator() : integrator_of(options_.time));
+      stages.gas = &stages.add<GasStage>(surface, options_, state,
+                                         is_projected ? TimeIntegrator() : integrator_of(options_.time));
     }
-    std::unique_ptr<SheetMotion> motion =
-        make_sheet_motion(sheet_of(surface), options_, state, clock, textures, gas.get());
-    SheetMotion& sheet_motion = *motion;
-    stages.gas = gas.get();
-    stages.motion = motion.get();
-    stages.add<HeatStage>(surface, options_, state, clock, textures);
-    stages.add<CombustionStage>(surface, options_, state, clock, textures);
-    stages.add<ShrinkageStage>(sheet_motion, clock);
-    stages.add<AblationStage>(surface, options_, state, clock);
-    if (gas != nullptr) {
-      stages.all.push_back(std::move(gas));
-    }
-    stages.all.push_back(std::move(motion));
+    SheetMotion& motion =
+        stages.add(make_sheet_motion(sheet_of(surface), options_, state, clock, textures, stages.gas));
+    stages.motion = &motion;
+    stages.add_before_motion(std::make_unique<HeatStage>(surface, options_, state, clock, textures));
+    stages.add_before_motion(std::make_unique<CombustionStage>(surface, options_, state, clock, textures));
+    stages.add_before_motion(std::make_unique<ShrinkageStage>(motion, clock));
+    stages.add_before_motion(std::make_unique<AblationStage>(surface, options_, state, clock));
     if (cracks_of(options_).strength) {
-      stages.add<CrackStage>(surface, options_, state, clock, textures, sheet_motion);
+      stages.add<CrackStage>(surface, options_, state, clock, textures, motion);
     }
-    stages.add<StrainStage>(state, sheet_motion);
+    stages.add<StrainStage>(state, motion);
     stages.add<HeatBalanceStage>(surface, options_, state, clock);
     return stages;
   }
