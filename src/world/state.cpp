@@ -4,7 +4,6 @@
 #include <string>
 
 #include "parallel/collective.h"
-#include "world/fire_remarks.h"
 
 namespace pellicle::world {
 
@@ -35,7 +34,7 @@ GasExchange& add_gas(FieldRegistry& state, int chambers, int links) {
 
 BurningFields::BurningFields(FieldRegistry& registry, const Surface& surface)
     : registry(registry), active(registry.own<ActiveSet>(surface)) {
-  fire_record = FireRecord().numbers();
+  of(fire_record, FireRecord::last_time) = -1;
   registry.declare({"piece", "", Item::particle}, pieces.of_particle);
   registry.declare({"pieces_present", "", Item::object}, pieces.present);
   registry.declare({"pieces_birth_time", "s", Item::object}, pieces.birth_time);

@@ -41,9 +41,18 @@ enum class StepRecord {
 };
 constexpr int kinds_of_step_record = 7;
 
+/// The course of a fire so far: entries of BurningFields::fire_record.
+enum class FireRecord {
+  burnt,         ///< fraction of the initial mass
+  last_time,     ///< time of the last step in which mass was lost [s]; -1: there has been none
+  present_time,  ///< time of the last step [s]
+  hottest        ///< the highest temperature so far [K]
+};
+constexpr int kinds_of_fire_record = 4;
+
 /// An entry of a vector of works [J] or of a record.
-template <class Kind>
-double& of(Eigen::VectorXd& numbers, Kind kind) {
+template <class Numbers, class Kind>
+auto& of(Numbers& numbers, Kind kind) {
   return numbers[static_cast<Eigen::Index>(kind)];
 }
 
@@ -73,8 +82,8 @@ struct BurningFields {
   double& heat_in = registry.add<double>({"heat_in", "J", Item::sum});  ///< from sources, burning, warmer surroundings
   double& heat_out = registry.add<double>({"heat_out", "J", Item::sum});    ///< to cooler ones and with what burnt
   double& heat_made = registry.add<double>({"heat_made", "J", Item::sum});  ///< by conduction that does not conserve it
-  Eigen::VectorXd& fire_record =
-      registry.add<Eigen::VectorXd>({"fire_record", "", Item::object}, 4);  ///< FireRecord::numbers
+  /// Numbers for remarks at the end of a run, by FireRecord.
+  Eigen::VectorXd& fire_record = registry.add<Eigen::VectorXd>({"fire_record", "", Item::object}, kinds_of_fire_record);
 };
 
 /// The state of an object: the fields of its stages, in one registry. Ghosts are up to date
