@@ -4,8 +4,6 @@
 #include <cstdio>
 #include <utility>
 
-#include "world/state_checks.h"
-
 namespace pellicle::run {
 
 namespace {

@@ -13,7 +13,6 @@
 #include "surface/split_corners.h"
 #include "world/contact_start.h"
 #include "world/load_mesh.h"
-#include "world/state_checks.h"
 
 namespace pellicle::world {
 
