@@ -18,13 +18,22 @@ namespace pellicle::world {
 
 namespace {
 
+/// Persistent ids of the local elements: that of a quad is that of its lattice particle.
+std::vector<PetscInt> element_ids(const Surface& surface) {
+  std::vector<PetscInt> ids = surface.has_quads() ? surface.lattice : surface.element_id;
+  for (std::size_t e = 0; e < surface.lattice.size(); ++e) {
+    ids[e] = surface.persistent_id[surface.lattice[e]];
+  }
+  return ids;
+}
+
 /// The state of an object from its group of a checkpoint. Collective.
-std::unique_ptr<State> read_state(const Hdf5File& checkpoint, const std::string& group, const Chain& chain,
-                                  const Options& options, const Surface& surface) {
+std::unique_ptr<State> read_state(const Hdf5File& checkpoint, const std::string& group, const Options& options,
+                                  const Surface& surface) {
   const std::string table = group + "/state";
   const auto chambers = static_cast<int>(checkpoint.read_all<double>(table + "/once/pressure").size());
   auto state = std::make_unique<State>(surface, options, chambers);
-  read_fields(checkpoint, table, *state, surface.persistent_id, chain.element_ids(surface));
+  read_fields(checkpoint, table, *state, surface.persistent_id, element_ids(surface));
   return state;
 }
 
@@ -121,7 +130,7 @@ Object::Object(std::string name, Options options, MPI_Comm comm, MeshRows rows)
     : name_(std::move(name)),
       options_(std::move(options)),
       chain_(make_chain(options_)),
-      clock_(chain_->clock_names()),
+      clock_(chain_->words.clock_names),
       surface_(chain_->make_surface(comm, std::move(rows))),
       textures_(comm),
       state_(chain_->initial_state(*surface_)) {
@@ -135,10 +144,10 @@ Object::Object(std::string name, Options options, const Hdf5File& checkpoint)
     : name_(std::move(name)),
       options_(std::move(options)),
       chain_(make_chain(options_)),
-      clock_(chain_->clock_names()),
+      clock_(chain_->words.clock_names),
       surface_(chain_->read_surface(checkpoint, group())),
       textures_(checkpoint.comm()),
-      state_(read_state(checkpoint, group(), *chain_, options_, *surface_)) {
+      state_(read_state(checkpoint, group(), options_, *surface_)) {
   make_stages();
   update_derived();
   find_end();
@@ -231,7 +240,7 @@ void Object::accept(double time) {
   if (!ended_.empty() || (!step_.has_cracked && !step_.has_burnt)) {
     return;
   }
-  const auto timer = clock_.time(chain_->renumbering());
+  const auto timer = clock_.time(chain_->words.renumbering);
   if (can_crack()) {
     split();
   }
@@ -309,7 +318,7 @@ void Object::transfer(MovedSurface moved) {
 }
 
 void Object::find_end() {
-  ended_ = is_gone() ? chain_->words_of_end() : stages_.gas != nullptr ? stages_.gas->open_wall(can_crack()) : "";
+  ended_ = is_gone() ? chain_->words.end : stages_.gas != nullptr ? stages_.gas->open_wall(can_crack()) : "";
 }
 
 void Object::draw(const std::function<void(const Frame&)>& write) {
@@ -344,7 +353,7 @@ std::vector<std::string> Object::remarks() const { return lines_of(stages_, &Sta
 
 void Object::save(Hdf5File& checkpoint) const {
   const std::vector<PetscInt>& particles = surface_->persistent_id;
-  std::vector<PetscInt> elements = chain_->element_ids(*surface_);
+  std::vector<PetscInt> elements = element_ids(*surface_);
   elements.resize(static_cast<std::size_t>(surface_->elements.owned));
   chain_->write_surface(checkpoint, group(), *surface_);
   write_fields(checkpoint, group() + "/state", *state_,

@@ -110,7 +110,7 @@ class Object {
   void save(Hdf5File& checkpoint) const;
 
  private:
-  std::string group() const { return "objects/" + (name_.empty() ? chain_->group() : name_); }
+  std::string group() const { return "objects/" + (name_.empty() ? chain_->words.group : name_); }
   void make_stages();
   void update_derived();
   void split();

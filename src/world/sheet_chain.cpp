@@ -31,13 +31,12 @@ std::string ids_of(const std::string& group) { return group + "/mesh/first_latti
 /// See make_sheet_chain.
 class SheetChain : public Chain {
  public:
-  using Chain::Chain;
-
-  std::vector<std::string> clock_names() const override {
-    return {"heat", "combustion", "ablation", "external force", "projection", "velocity", "compaction", "output"};
-  }
-  std::string renumbering() const override { return "compaction"; }
-  std::string words_of_end() const override { return "the sheet has burnt away"; }
+  explicit SheetChain(const Options& options)
+      : Chain(options,
+              {{"heat", "combustion", "ablation", "external force", "projection", "velocity", "compaction", "output"},
+               "compaction",
+               "the sheet has burnt away",
+               "sheet"}) {}
 
   std::vector<std::string> lines(const Surface& surface) const override {
     const Sheet& sheet = sheet_of(surface);
@@ -54,7 +53,6 @@ class SheetChain : public Chain {
   std::shared_ptr<const Surface> make_surface(MPI_Comm comm, MeshRows rows) const override {
     return std::make_shared<Sheet>(make_sheet(comm, std::move(rows), shell_options(options_)));
   }
-  std::string group() const override { return "sheet"; }
 
   std::shared_ptr<const Surface> read_surface(const Hdf5File& checkpoint, const std::string& group) const override {
     const std::vector<PetscInt> ids = checkpoint.read_all<PetscInt>(ids_of(group));
@@ -68,15 +66,6 @@ class SheetChain : public Chain {
     const std::vector<bool> all(static_cast<std::size_t>(sheet.elements.owned), true);
     write_mesh(checkpoint, group + "/mesh", rows_of(sheet, all, {}, {}));
     checkpoint.write_once<PetscInt>(ids_of(group), {sheet.first_lattice_id, sheet.id_end});
-  }
-
-  /// The id of a quad is that of its lattice particle.
-  std::vector<PetscInt> element_ids(const Surface& surface) const override {
-    std::vector<PetscInt> ids;
-    for (const PetscInt lattice : surface.lattice) {
-      ids.push_back(surface.persistent_id[lattice]);
-    }
-    return ids;
   }
 
   MovedSurface split(const Surface& surface, const SplitCorners& corners, const Records& particles,

@@ -77,7 +77,7 @@ TEST_P(AllocationsOfAStep, AreNone) {
   const std::shared_ptr<const Surface> sheet =
       chain->make_surface(PETSC_COMM_WORLD, rows_of(PETSC_COMM_WORLD, grid_mesh(30, 20, 0.05)));
   const std::unique_ptr<State> state = chain->initial_state(*sheet);
-  StageClock clock(chain->clock_names());
+  StageClock clock(chain->words.clock_names);
   Textures textures(PETSC_COMM_WORLD);
   const Stages stages = chain->make_stages(*sheet, *state, clock, textures);
   for (const std::unique_ptr<Stage>& stage : stages.all) {
