@@ -51,14 +51,6 @@ std::map<int, std::string> checkpoints_in(const std::string& folder) {
   return found;
 }
 
-/// Makes sure that what is in a folder is on the disk.
-void sync(const std::string& path) {
-  const OpenFile file(path, O_RDONLY);
-  if (file.is_open()) {
-    fsync(file.descriptor());
-  }
-}
-
 /// Opens a checkpoint. Collective. @throws Error, on all ranks, with what is wrong with the file
 std::unique_ptr<Hdf5File> open_sound(MPI_Comm comm, const std::string& path) {
   long long bytes = -1;
@@ -165,7 +157,9 @@ void Checkpoints::write(const SteppedRun& run) {
       whole.append(last_line(sum, bytes));
       fsync(whole.descriptor());
       folder_.put_in_place(name);
-      sync(folder_.directory());
+      if (const OpenFile folder(folder_.directory(), O_RDONLY); folder.is_open()) {
+        fsync(folder.descriptor());
+      }
     });
   } catch (const Error& error) {
     std::string space;

@@ -127,8 +127,7 @@ class Run {
                 std::filesystem::equivalent(std::filesystem::path(checkpoint_->path()).parent_path(),
                                             options_.output.directory, none);
     });
-    MPI_Bcast(&is_same, 1, MPI_CXX_BOOL, 0, comm_);
-    return is_same;
+    return on_any_rank(comm_, is_same);
   }
 
   /// The first frame and row, or the continuation of those of an earlier run. Lines about the mesh are printed only
