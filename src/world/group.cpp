@@ -75,11 +75,10 @@ Equilibrium* Group::equilibrium() {
   return equilibrium_.get();
 }
 
-StepResult Group::advance(double h) {
-  StepResult all;
+void Group::advance(double h, StepResult& all) {
   Equilibrium* const equilibrium = this->equilibrium();
   if (equilibrium == nullptr) {
-    return all;
+    return;
   }
   const auto is_good = [&](const Object& object, const StageResult& result) {
     all.converged = result.converged;
@@ -91,12 +90,12 @@ StepResult Group::advance(double h) {
     const StageResult begun = object->begin(h);
     all.iterations += begun.iterations;
     if (!is_good(*object, begun)) {
-      return all;
+      return;
     }
   }
   last_ = equilibrium->solve(h);
   all.iterations += last_.linear_iterations + last_.moving_iterations;
-  all.newton_iterations = last_.newton_iterations;
+  all.newton_iterations += last_.newton_iterations;
   if (!last_.converged) {
     all.converged = false;
     all.reason = last_.reason;
@@ -105,7 +104,7 @@ StepResult Group::advance(double h) {
         object->state().position.values() = part->position().values();
       }
     }
-    return all;
+    return;
   }
   for (std::size_t k = 0; k < present.size(); ++k) {
     Object& object = *present[k];
@@ -114,7 +113,7 @@ StepResult Group::advance(double h) {
       object.state().friction_work += last_.contact_work[k].friction;
     }
     if (!is_good(object, object.end(last_))) {
-      return all;
+      return;
     }
     const std::string& name = object.name();
     all.figures += (all.figures.empty() ? "" : ", ") + name + (name.empty() ? "" : " ") +
@@ -123,7 +122,6 @@ StepResult Group::advance(double h) {
       all.step_error = std::max(*error, all.step_error.value_or(0));
     }
   }
-  return all;
 }
 
 void Group::accept() {

@@ -196,9 +196,7 @@ StageResult Object::begin(double h) {
   result.reason = beyond_reach(options_, *surface_, *state_, h);
   result.converged = result.reason.empty();
   for (auto stage = stages_.all.begin(); result.converged && stage != stages_.all.end(); ++stage) {
-    const int iterations = result.iterations;
-    result = (*stage)->begin(step_);
-    result.iterations += iterations;
+    result.add((*stage)->begin(step_));
   }
   return result;
 }

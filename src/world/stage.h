@@ -71,8 +71,6 @@ class Report {
   }
   const std::vector<History::Column>& columns() const { return columns_; }
   const std::vector<double>& values() const { return values_; }
-  /// @throws std::logic_error if there is no such number
-  double at(const std::string& name) const;
 
  private:
   std::vector<History::Column> columns_;
