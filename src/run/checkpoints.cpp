@@ -106,10 +106,6 @@ Checkpoints::Checkpoints(OutputFolder& folder, const CheckpointOptions& options,
 
 std::string Checkpoints::name_of(int step) { return fmt::format("checkpoint_{:06d}.h5", step); }
 
-bool Checkpoints::due_by_steps(int step) const {
-  return lacks(step) && options_.interval_steps > 0 && step % options_.interval_steps == 0;
-}
-
 bool Checkpoints::due_by_clock(int step) const {
   if (!lacks(step)) {
     return false;

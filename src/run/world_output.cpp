@@ -134,15 +134,13 @@ WorldOutput::WorldOutput(World& world, OutputFolder& folder, Console& console, c
     for (const std::size_t i : group->plan().objects) {
       is_coupled[i] = !group->plan().is_single();
     }
-  }
-  for (std::size_t i = 0; i < world.objects().size(); ++i) {
-    tables_.emplace_back(folder, *world.objects()[i], is_coupled[i]);
-  }
-  for (const std::unique_ptr<Group>& group : world.groups()) {
     if (!group->plan().is_single() && group->plan().contact.self) {
       touching_ = group.get();
       contacts_ = std::make_unique<History>(folder, "contacts.csv", group->report().columns());
     }
+  }
+  for (std::size_t i = 0; i < world.objects().size(); ++i) {
+    tables_.emplace_back(folder, *world.objects()[i], is_coupled[i]);
   }
   writer_.reserve_names();
 }

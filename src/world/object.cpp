@@ -284,7 +284,7 @@ void Object::split() {
     state_->pack(Item::particle, corners.copies[k].original, copies.at(k), corners.copies[k].fraction);
   }
   crack_faces_ = find_crack_faces(*surface_, corners);
-  transfer(chain_->split(*surface_, corners, particles, copies, packed(*state_, Item::cell, surface_->elements.owned)));
+  transfer(chain_->split(*surface_, corners, particles, copies, state_->packed(Item::cell)));
   update_pieces(state_->burning->pieces, *surface_, state_->burning->active, state_->time);
 }
 
@@ -299,12 +299,8 @@ void Object::spread(const std::vector<double>& load) {
 void Object::transfer(MovedSurface moved) {
   auto state = std::make_unique<State>(*moved.surface, options_, static_cast<int>(state_->pressure.size()));
   state->transfer(*state_);
-  for (PetscInt i = 0; i < moved.particles.count(); ++i) {
-    state->unpack(Item::particle, i, moved.particles.at(i));
-  }
-  for (PetscInt i = 0; i < moved.elements.count(); ++i) {
-    state->unpack(Item::cell, i, moved.elements.at(i));
-  }
+  state->unpack(Item::particle, moved.particles);
+  state->unpack(Item::cell, moved.elements);
   stages_ = {};
   kept_.reset();
   whole_.reset();

@@ -210,12 +210,6 @@ void describe_burning(OptionTable& table, Options& options) {
             [&options] { return options.ablation.strength.has_value() || options.wall.strength.has_value(); }});
 }
 
-/// Gas, in sheets and in balloons.
-void describe_gas(OptionTable& table, Options& options) {
-  describe(table, options.gas);
-  table.add_objects("chambers", options.chambers, "volumes of gas that closed sheets and balloons enclose");
-}
-
 /// A balloon, or a part of one: its options have no effect on a burning sheet.
 void describe_balloon(OptionTable& table, Options& options) {
   table.add_solver_settings([&] { describe(table, options.prism); });
@@ -266,7 +260,8 @@ void describe(OptionTable& table, Options& options) {
   table.add_under(burns, [&] { describe_sheet(table, options); });
   table.add_under(heats, [&] { describe_burning(table, options); });
   table.add_of_run([&] { describe(table, options.force); });
-  describe_gas(table, options);
+  describe(table, options.gas);
+  table.add_objects("chambers", options.chambers, "volumes of gas that closed sheets and balloons enclose");
   table.add_under(balloons, [&] { describe_balloon(table, options); });
   const auto has_bodies = [&options](bool rub) {
     return (inflates(options) || options.dynamics == Dynamics::elastic) &&

@@ -81,8 +81,8 @@ class SheetChain : public Chain {
     if (static_cast<double>(before - left) <= options_.ablation.compact_fraction * static_cast<double>(before)) {
       return {};
     }
-    return moved(pellicle::compact(sheet_of(surface), kept, packed(state, Item::particle, surface.particles.owned),
-                                   packed(state, Item::cell, surface.elements.owned), shell_options(options_)));
+    return moved(pellicle::compact(sheet_of(surface), kept, state.packed(Item::particle), state.packed(Item::cell),
+                                   shell_options(options_)));
   }
 
   std::optional<MovedSurface> spread(const Surface& surface, const State& state,
@@ -96,8 +96,8 @@ class SheetChain : public Chain {
     if (shares.sum <= surface.elements.global || shares.imbalance <= options_.sheet.imbalance_limit) {
       return {};
     }
-    return moved(pellicle::spread(sheet_of(surface), load, packed(state, Item::particle, surface.particles.owned),
-                                  packed(state, Item::cell, surface.elements.owned), shell_options(options_)));
+    return moved(pellicle::spread(sheet_of(surface), load, state.packed(Item::particle), state.packed(Item::cell),
+                                  shell_options(options_)));
   }
 
   std::unique_ptr<State> initial_state(const Surface& surface) const override {

@@ -152,14 +152,6 @@ double kinetic_energy(const Surface& surface, const double* mass, const Field& v
   return sum_over_ranks(surface.comm(), sum);
 }
 
-Records packed(const FieldRegistry& state, Item item, PetscInt owned) {
-  Records records(state.record_size(item), owned);
-  for (PetscInt i = 0; i < owned; ++i) {
-    state.pack(item, i, records.at(i));
-  }
-  return records;
-}
-
 std::string beyond_reach(const Options& options, const Surface& surface, const State& state, double h) {
   constexpr double most_sizes = 1000;
   const double from = state.time;

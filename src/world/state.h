@@ -7,7 +7,6 @@
 
 #include "combustion/combustion.h"
 #include "gas/gas_exchange.h"
-#include "parallel/records.h"
 #include "state/field_registry.h"
 #include "surface/active_set.h"
 #include "surface/pieces.h"
@@ -140,9 +139,6 @@ struct State : FieldRegistry {
 
 /// The kinetic energy of an object [J]. Collective. @param mass of the owned particles [kg]
 double kinetic_energy(const Surface& surface, const double* mass, const Field& velocity);
-
-/// The records of the owned items of a state, on the way to the same object on a new surface.
-Records packed(const FieldRegistry& state, Item item, PetscInt owned);
 
 /// Tells in words of something that would move, or turn, so far in the next step that neither contact nor a balance of
 /// forces could follow: a vertex by its velocity, gravity or the wind, or pins and bodies that a deck leads along a
