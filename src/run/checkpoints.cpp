@@ -1,7 +1,7 @@
 #include "run/checkpoints.h"
 
 #include <fcntl.h>
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -240,7 +240,7 @@ std::vector<Deck> decks_of(const Hdf5File& checkpoint) {
 
 void require_same_run(const OptionTable& table, const Hdf5File& checkpoint, const RunRecord& now) {
   const std::vector<std::string> inputs = checkpoint.read_lines("inputs");
-  std::string faults;
+  std::vector<std::string> faults;
   std::set<std::string> same_files;  // keys of files whose content is the same, wherever they are
   for (const InputFile& file : now.inputs) {
     if (std::find(inputs.begin(), inputs.end(), file.checksum + " " + file.key) != inputs.end()) {
@@ -254,8 +254,7 @@ void require_same_run(const OptionTable& table, const Hdf5File& checkpoint, cons
     const bool is_of_one =
         !object.empty() && option.key == object + ".chain" && (option.before.empty() || option.now.empty());
     if (is_of_one) {
-      faults += (faults.empty() ? "" : "; ") + object + ": " +
-                (option.now.empty() ? "not given, was an object" : "was no object");
+      faults.push_back(object + ": " + (option.now.empty() ? "not given, was an object" : "was no object"));
       named.insert(object);
     }
   }
@@ -264,15 +263,16 @@ void require_same_run(const OptionTable& table, const Hdf5File& checkpoint, cons
     if (named.count(object) == 0 && same_files.count(option.key) == 0 &&
         !may_change(table, object.empty() ? option.key : option.key.substr(object.size() + 1))) {
       const auto said = [](const std::string& value) { return value.empty() ? "not given" : value; };
-      faults += (faults.empty() ? "" : "; ") + option.key + ": " + said(option.now) + ", was " + said(option.before);
+      faults.push_back(option.key + ": " + said(option.now) + ", was " + said(option.before));
     }
   }
   if (named.empty() && checkpoint.read_lines("object_names") != now.objects) {  // Frames number the objects.
-    faults += std::string(faults.empty() ? "" : "; ") + "objects: in another order than they were";
+    faults.emplace_back("objects: in another order than they were");
   }
   if (!faults.empty()) {
-    throw Error("restart: " + faults +
-                "; expected the options of the run that goes on, but for its solvers, time, output and checkpoints");
+    throw Error(fmt::format(
+        "restart: {}; expected the options of the run that goes on, but for its solvers, time, output and checkpoints",
+        fmt::join(faults, "; ")));
   }
   for (const InputFile& file : now.inputs) {
     const bool is_other_option = std::any_of(changed.begin(), changed.end(),

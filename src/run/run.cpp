@@ -245,11 +245,7 @@ class Run {
 }  // namespace
 
 void run_objects(MPI_Comm comm, const std::deque<ObjectOptions>& objects, RunRecord record) {
-  std::deque<NamedOptions> named;
-  for (const ObjectOptions& object : objects) {
-    named.emplace_back(object.name, object.options);
-  }
-  const RunPlan plan = plan_run(std::move(named));
+  const RunPlan plan = plan_run({objects.begin(), objects.end()});
   const Options& options = plan.objects.front().options;
   require_valid(options.time);
   Console console(comm, options.output.monitor);

@@ -7,15 +7,11 @@
 
 #include "contact/crack_faces.h"
 #include "contact/crossings.h"
-#include "world/contact_start.h"
 
 namespace pellicle::world {
 
 Group::Group(GroupPlan plan, std::vector<Object*> objects)
-    : plan_(std::move(plan)),
-      objects_(std::move(objects)),
-      clock_({"implicit step"}),
-      clock_of_balance_(plan_.is_single() ? &objects_.front()->clock() : &clock_) {
+    : plan_(std::move(plan)), objects_(std::move(objects)), clock_({"implicit step"}) {
   if (const std::vector<Object*> starting = touching(); !starting.empty() && objects_.front()->state().step == 0) {
     start_line_ = settle_start(plan_.contact, starting);
   }
@@ -69,7 +65,8 @@ Equilibrium* Group::equilibrium() {
     motions.push_back({object->name(), &object->motion(), object->options().contact.self});
   }
   if (!motions.empty()) {
-    equilibrium_ = std::make_unique<Equilibrium>(motions, plan_.contact, plan_.newton, *clock_of_balance_,
+    equilibrium_ = std::make_unique<Equilibrium>(motions, plan_.contact, plan_.newton,
+                                                 plan_.is_single() ? objects_.front()->clock() : clock_,
                                                  plan_.is_single() ? motions.front().motion->stage() : "implicit step");
   }
   return equilibrium_.get();

@@ -41,11 +41,18 @@ class Group {
   GroupPlan plan_;
   std::vector<Object*> objects_;
   StageClock clock_;
-  StageClock* clock_of_balance_;
   std::string start_line_;
   std::vector<std::pair<const Object*, int>> numbering_;  ///< what is not gone, and Object::replaced
   std::unique_ptr<Equilibrium> equilibrium_;              ///< of these; null: nothing is left
   EquilibriumResult last_;
 };
+
+/// Counts crossings and acts as `contact.start` says: only counts, or refuses surfaces that pass through themselves or
+/// each other, or moves them until they do not (contact/untangle.h), and then apart until they hardly press.
+/// Collective.
+/// @returns a message; empty: nothing crossed
+/// @throws Error naming objects, elements and place, if crossings are refused or cannot be removed, and if a thickness
+/// is more than ten mean sides of its mesh
+std::string settle_start(const ContactOptions& options, const std::vector<Object*>& objects);
 
 }  // namespace pellicle::world

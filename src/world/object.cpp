@@ -11,7 +11,6 @@
 #include "parallel/collective.h"
 #include "state/field_tables.h"
 #include "surface/split_corners.h"
-#include "world/contact_start.h"
 #include "world/load_mesh.h"
 
 namespace pellicle::world {
@@ -121,6 +120,22 @@ void report_seconds(Report& report, const StageClock& clock) {
     std::string name = "seconds_" + stage.name;
     std::replace(name.begin(), name.end(), ' ', '_');
     report.add(name, "s", stage.lap_seconds);
+  }
+}
+
+/// Refuses an object that starts inside a body. Collective. @throws Error that names particle or triangle, and body
+void refuse_start_in_bodies(const Object& object) {
+  const std::vector<Body>& bodies = object.motion().bodies();
+  const Surface& surface = object.surface();
+  const double least = BodyContact::tolerance * object.motion().contact_part().thickness_or_usual();
+  const State& state = object.state();
+  const std::vector<bool> constrained = object.motion().constrained();
+  std::string inside = particles_inside(bodies, state.time, surface.particles, state.position, constrained, least);
+  if (inside.empty()) {
+    inside = triangles_inside(bodies, state.time, surface, state.position, constrained, least);
+  }
+  if (!inside.empty()) {
+    throw Error(inside);
   }
 }
 

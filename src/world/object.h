@@ -14,7 +14,6 @@
 #include "state/hdf5_file.h"
 #include "surface/mesh_rows.h"
 #include "surface/surface.h"
-#include "world/callbacks.h"
 #include "world/chain.h"
 #include "world/options.h"
 #include "world/run_plan.h"

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <map>
-#include <optional>
 #include <utility>
 
 #include "base/units.h"
@@ -68,17 +67,15 @@ NewtonOptions newton_of(const Options& options) {
 
 /// @throws Error when the forces on linked objects are in balance at different times in a step
 void require_same_moment(const NamedOptions& first, const NamedOptions& other) {
-  const auto radius = [](const Options& options) {  // of generalized alpha
-    const bool is_alpha = options.time.scheme == TimeScheme::generalized_alpha;
-    return is_alpha ? std::optional(options.time.spectral_radius) : std::nullopt;
+  const auto moment = [](const NamedOptions& object) {
+    const TimeOptions& time = object.options.time;
+    return time.scheme == TimeScheme::generalized_alpha
+               ? "generalized_alpha of spectral radius " + number_text(time.spectral_radius)
+               : "implicit_euler";
   };
-  const auto words = [&](const NamedOptions& object) {
-    const std::optional<double> of_object = radius(object.options);
-    return of_object ? "generalized_alpha of spectral radius " + number_text(*of_object) : "implicit_euler";
-  };
-  if (radius(first.options) != radius(other.options)) {
-    throw Error(other.name + ": time.scheme: " + words(other) + ", expected " + words(first) + " as of " + first.name +
-                ", to whose chambers its own are linked");
+  if (moment(first) != moment(other)) {
+    throw Error(other.name + ": time.scheme: " + moment(other) + ", expected " + moment(first) + " as of " +
+                first.name + ", to whose chambers its own are linked");
   }
 }
 
