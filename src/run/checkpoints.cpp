@@ -82,6 +82,25 @@ std::unique_ptr<Hdf5File> open_sound(MPI_Comm comm, const std::string& path) {
   return file;
 }
 
+/// "objects.cloth" for the key "objects.cloth.heat.capacity"; "" for a key of the run, or of an object without a name.
+std::string object_of(const std::string& key) {
+  const std::string start = "objects.";
+  return key.compare(0, start.size(), start) == 0 ? key.substr(0, key.find('.', start.size())) : "";
+}
+
+/// Whether a run may go on with another value.
+bool may_change(const OptionTable& table, const std::string& key) {
+  if (key == "time.scheme" || key == "time.arc_length") {  // With another one a run goes on from other fields.
+    return false;
+  }
+  const std::string group = key.substr(0, key.find('.'));
+  const auto& options = table.options();
+  const auto option =
+      std::find_if(options.begin(), options.end(), [&key](const Option& one) { return one.key() == key; });
+  return group == "output" || group == "checkpoint" || group == "time" || group == "petsc" || group == "restart" ||
+         group == "verify_restart" || (option != options.end() && option->is_solver_setting());
+}
+
 }  // namespace
 
 Checkpoints::Checkpoints(OutputFolder& folder, const CheckpointOptions& options, const RunRecord& record, int present)
@@ -205,29 +224,6 @@ std::unique_ptr<Hdf5File> open_checkpoint(MPI_Comm comm, const std::string& path
   }
   throw Error("restart: " + path + " has no sound checkpoint" + faults);
 }
-
-namespace {
-
-/// "objects.cloth" for the key "objects.cloth.heat.capacity"; "" for a key of the run, or of an object without a name.
-std::string object_of(const std::string& key) {
-  const std::string start = "objects.";
-  return key.compare(0, start.size(), start) == 0 ? key.substr(0, key.find('.', start.size())) : "";
-}
-
-/// Whether a run may go on with another value.
-bool may_change(const OptionTable& table, const std::string& key) {
-  if (key == "time.scheme" || key == "time.arc_length") {  // With another one a run goes on from other fields.
-    return false;
-  }
-  const std::string group = key.substr(0, key.find('.'));
-  const auto& options = table.options();
-  const auto option =
-      std::find_if(options.begin(), options.end(), [&key](const Option& one) { return one.key() == key; });
-  return group == "output" || group == "checkpoint" || group == "time" || group == "petsc" || group == "restart" ||
-         group == "verify_restart" || (option != options.end() && option->is_solver_setting());
-}
-
-}  // namespace
 
 std::vector<Deck> decks_of(const Hdf5File& checkpoint) {
   std::vector<Deck> decks;

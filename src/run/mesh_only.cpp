@@ -146,7 +146,8 @@ void mesh_only(MPI_Comm comm, const RunPlan& plan, RunRecord record) {
   writer.complete(0, 0);
   console.say(output.directory + "/" + output.name + ".pvd");
   for (std::size_t i = 0; i < meshes.size(); ++i) {
-    write_mesh_file(rows[i], mesh_file_name(output, objects[i].name), folder, console);
+    const std::string& object = objects[i].name;  // "sheet.mesh.h5", or of one of several "world_sheet.mesh.h5"
+    write_mesh_file(rows[i], output.name + (object.empty() ? "" : "_" + object) + ".mesh.h5", folder, console);
   }
 }
 

@@ -130,10 +130,6 @@ LoadedMesh read_mesh_file(MPI_Comm comm, const Options& options) {
 
 }  // namespace
 
-std::string mesh_file_name(const OutputOptions& options, const std::string& object) {
-  return options.name + (object.empty() ? "" : "_" + object) + ".mesh.h5";
-}
-
 LoadedMesh load_mesh(MPI_Comm comm, const Options& options) {
   if (options.mesh.has_partition()) {
     return read_mesh_file(comm, options);

@@ -89,7 +89,7 @@ class Object {
   /// Why the object cannot go on; empty as long as it can. Not collective.
   const std::string& ended() const { return ended_; }
   /// Whether it has ended because nothing is left of it: other objects go on without it. Not collective.
-  bool is_gone() const { return state_->is_gone(); }
+  bool is_gone() const { return state_->burning && state_->burning->pieces.present.empty(); }
 
   /// Passes the present frame to `write`.
   void draw(const std::function<void(const Frame&)>& write);

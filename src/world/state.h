@@ -86,8 +86,8 @@ struct BurningFields {
   Eigen::VectorXd& fire_record = registry.add<Eigen::VectorXd>({"fire_record", "", Item::object}, kinds_of_fire_record);
 };
 
-/// The state of an object: the fields of its stages, in one registry. Ghosts are up to date
-/// between steps. After a failed step the state is restored by assigning a copy of the registry.
+/// The state of an object: the fields of its stages, in one registry. Ghosts are up to date between steps. After a
+/// failed step the state is restored by assigning a copy of the registry.
 struct State : FieldRegistry {
   /// At rest in the undeformed shape, with the fields that every object has and those of the stages that the options
   /// ask for. Target lengths of springs are the undeformed ones, thickness ratios 1; nothing is pinned or chosen, and
@@ -133,8 +133,6 @@ struct State : FieldRegistry {
   double time_of_loads() const { return load_time != nullptr ? *load_time : time; }
   /// Flags of the surface triangles that have not burnt away; null: nothing burns.
   const std::vector<bool>* active_triangles() const { return burning ? &burning->active.triangles : nullptr; }
-  /// Whether nothing is left of the object.
-  bool is_gone() const { return burning && burning->pieces.present.empty(); }
 };
 
 /// The kinetic energy of an object [J]. Collective. @param mass of the owned particles [kg]
