@@ -112,7 +112,7 @@ bool same(const LinkOptions& a, const LinkOptions& b) {
 
 /// The plan of the group of several objects.
 GroupPlan plan_together(const std::deque<NamedOptions>& objects, std::vector<std::size_t> members) {
-  /// The first of the members for which something holds, or none.
+  // The first of the members for which something holds; null: none does.
   const auto first_that = [&](const auto& holds) {
     const auto found =
         std::find_if(members.begin(), members.end(), [&](std::size_t i) { return holds(objects[i].options); });
