@@ -67,22 +67,19 @@ int run_program(int argc, char** argv, bool is_root) {
   if (arguments.tables.are_named()) {
     objects.pop_front();  // of the object without a name, which there is not
   }
+  RunRecord record;
   for (ObjectOptions& object : objects) {
     OutputOptions& output = object.options.output;
     output.name_after(arguments.decks.empty() ? "pellicle.yaml" : arguments.decks.front().source());
     output.validate();
-  }
-
-  RunRecord record;
-  record.program = program;
-  record.revision = PELLICLE_GIT_REVISION;  // with "-dirty" when tracked files had been changed
-  record.arguments.assign(argv, argv + argc);
-  record.decks = has_kept_options ? std::vector<Deck>() : arguments.decks;
-  for (const ObjectTable& object : arguments.tables) {
     if (!object.name.empty()) {
       record.objects.push_back(object.name);
     }
   }
+  record.program = program;
+  record.revision = PELLICLE_GIT_REVISION;  // with "-dirty" when tracked files had been changed
+  record.arguments.assign(argv, argv + argc);
+  record.decks = has_kept_options ? std::vector<Deck>() : arguments.decks;
   record.options = written_deck(arguments.tables, arguments.petsc);
   record.inputs = input_files(MPI_COMM_WORLD, arguments.tables);
   if (is_root && !arguments.unused.empty()) {

@@ -1,7 +1,7 @@
 #include "run/checkpoints.h"
 
 #include <fcntl.h>
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -51,14 +51,6 @@ std::map<int, std::string> checkpoints_in(const std::string& folder) {
   return found;
 }
 
-/// Makes sure that what is in a folder is on the disk.
-void sync(const std::string& path) {
-  const OpenFile file(path, O_RDONLY);
-  if (file.is_open()) {
-    fsync(file.descriptor());
-  }
-}
-
 /// Opens a checkpoint. Collective. @throws Error, on all ranks, with what is wrong with the file
 std::unique_ptr<Hdf5File> open_sound(MPI_Comm comm, const std::string& path) {
   long long bytes = -1;
@@ -90,6 +82,25 @@ std::unique_ptr<Hdf5File> open_sound(MPI_Comm comm, const std::string& path) {
   return file;
 }
 
+/// "objects.cloth" for the key "objects.cloth.heat.capacity"; "" for a key of the run, or of an object without a name.
+std::string object_of(const std::string& key) {
+  const std::string start = "objects.";
+  return key.compare(0, start.size(), start) == 0 ? key.substr(0, key.find('.', start.size())) : "";
+}
+
+/// Whether a run may go on with another value.
+bool may_change(const OptionTable& table, const std::string& key) {
+  if (key == "time.scheme" || key == "time.arc_length") {  // With another one a run goes on from other fields.
+    return false;
+  }
+  const std::string group = key.substr(0, key.find('.'));
+  const auto& options = table.options();
+  const auto option =
+      std::find_if(options.begin(), options.end(), [&key](const Option& one) { return one.key() == key; });
+  return group == "output" || group == "checkpoint" || group == "time" || group == "petsc" || group == "restart" ||
+         group == "verify_restart" || (option != options.end() && option->is_solver_setting());
+}
+
 }  // namespace
 
 Checkpoints::Checkpoints(OutputFolder& folder, const CheckpointOptions& options, const RunRecord& record, int present)
@@ -113,10 +124,6 @@ Checkpoints::Checkpoints(OutputFolder& folder, const CheckpointOptions& options,
 }
 
 std::string Checkpoints::name_of(int step) { return fmt::format("checkpoint_{:06d}.h5", step); }
-
-bool Checkpoints::due_by_steps(int step) const {
-  return lacks(step) && options_.interval_steps > 0 && step % options_.interval_steps == 0;
-}
 
 bool Checkpoints::due_by_clock(int step) const {
   if (!lacks(step)) {
@@ -165,7 +172,9 @@ void Checkpoints::write(const SteppedRun& run) {
       whole.append(last_line(sum, bytes));
       fsync(whole.descriptor());
       folder_.put_in_place(name);
-      sync(folder_.directory());
+      if (const OpenFile folder(folder_.directory(), O_RDONLY); folder.is_open()) {
+        fsync(folder.descriptor());
+      }
     });
   } catch (const Error& error) {
     std::string space;
@@ -216,29 +225,6 @@ std::unique_ptr<Hdf5File> open_checkpoint(MPI_Comm comm, const std::string& path
   throw Error("restart: " + path + " has no sound checkpoint" + faults);
 }
 
-namespace {
-
-/// "objects.cloth" for the key "objects.cloth.heat.capacity"; "" for a key of the run, or of an object without a name.
-std::string object_of(const std::string& key) {
-  const std::string start = "objects.";
-  return key.compare(0, start.size(), start) == 0 ? key.substr(0, key.find('.', start.size())) : "";
-}
-
-/// Whether a run may go on with another value.
-bool may_change(const OptionTable& table, const std::string& key) {
-  if (key == "time.scheme" || key == "time.arc_length") {  // With another one a run goes on from other fields.
-    return false;
-  }
-  const std::string group = key.substr(0, key.find('.'));
-  const auto& options = table.options();
-  const auto option =
-      std::find_if(options.begin(), options.end(), [&key](const Option& one) { return one.key() == key; });
-  return group == "output" || group == "checkpoint" || group == "time" || group == "petsc" || group == "restart" ||
-         group == "verify_restart" || (option != options.end() && option->is_solver_setting());
-}
-
-}  // namespace
-
 std::vector<Deck> decks_of(const Hdf5File& checkpoint) {
   std::vector<Deck> decks;
   while (checkpoint.has(deck_table(decks.size(), "text"))) {
@@ -250,7 +236,7 @@ std::vector<Deck> decks_of(const Hdf5File& checkpoint) {
 
 void require_same_run(const OptionTable& table, const Hdf5File& checkpoint, const RunRecord& now) {
   const std::vector<std::string> inputs = checkpoint.read_lines("inputs");
-  std::string faults;
+  std::vector<std::string> faults;
   std::set<std::string> same_files;  // keys of files whose content is the same, wherever they are
   for (const InputFile& file : now.inputs) {
     if (std::find(inputs.begin(), inputs.end(), file.checksum + " " + file.key) != inputs.end()) {
@@ -264,8 +250,7 @@ void require_same_run(const OptionTable& table, const Hdf5File& checkpoint, cons
     const bool is_of_one =
         !object.empty() && option.key == object + ".chain" && (option.before.empty() || option.now.empty());
     if (is_of_one) {
-      faults += (faults.empty() ? "" : "; ") + object + ": " +
-                (option.now.empty() ? "not given, was an object" : "was no object");
+      faults.push_back(object + ": " + (option.now.empty() ? "not given, was an object" : "was no object"));
       named.insert(object);
     }
   }
@@ -274,15 +259,16 @@ void require_same_run(const OptionTable& table, const Hdf5File& checkpoint, cons
     if (named.count(object) == 0 && same_files.count(option.key) == 0 &&
         !may_change(table, object.empty() ? option.key : option.key.substr(object.size() + 1))) {
       const auto said = [](const std::string& value) { return value.empty() ? "not given" : value; };
-      faults += (faults.empty() ? "" : "; ") + option.key + ": " + said(option.now) + ", was " + said(option.before);
+      faults.push_back(option.key + ": " + said(option.now) + ", was " + said(option.before));
     }
   }
   if (named.empty() && checkpoint.read_lines("object_names") != now.objects) {  // Frames number the objects.
-    faults += std::string(faults.empty() ? "" : "; ") + "objects: in another order than they were";
+    faults.emplace_back("objects: in another order than they were");
   }
   if (!faults.empty()) {
-    throw Error("restart: " + faults +
-                "; expected the options of the run that goes on, but for its solvers, time, output and checkpoints");
+    throw Error(fmt::format(
+        "restart: {}; expected the options of the run that goes on, but for its solvers, time, output and checkpoints",
+        fmt::join(faults, "; ")));
   }
   for (const InputFile& file : now.inputs) {
     const bool is_other_option = std::any_of(changed.begin(), changed.end(),

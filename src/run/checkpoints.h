@@ -8,7 +8,7 @@
 #include "io/console.h"
 #include "io/output_folder.h"
 #include "state/hdf5_file.h"
-#include "world/checkpoint_options.h"
+#include "world/options.h"
 
 namespace pellicle::run {
 
@@ -27,7 +27,9 @@ class Checkpoints {
   /// Whether there is to be a checkpoint of a step if the run ends there, and is none yet. Not collective.
   bool lacks(int step) const { return options_.keep > 0 && (written_.empty() || written_.back() != step); }
   /// Whether a checkpoint is due after this step by the number of steps, and there is none yet. Not collective.
-  bool due_by_steps(int step) const;
+  bool due_by_steps(int step) const {
+    return lacks(step) && options_.interval_steps > 0 && step % options_.interval_steps == 0;
+  }
   /// Whether a checkpoint is due after this step by the clock on the wall, and there is none yet. Collective.
   bool due_by_clock(int step) const;
   /// Writes one of the present state, if there is none of its step; removes those that are too old. Collective.

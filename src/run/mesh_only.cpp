@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <type_traits>
 
 #include "ablation/cut_surface.h"
 #include "base/error.h"
@@ -17,6 +16,7 @@
 #include "run/run.h"
 #include "state/hdf5_file.h"
 #include "state/mesh_tables.h"
+#include "surface/membrane.h"
 #include "surface/shell.h"
 #include "world/load_mesh.h"
 #include "world/object.h"
@@ -42,18 +42,19 @@ const std::array<QualityMeasure, 5> quality_measures{
 
 using Quality = std::array<std::vector<double>, quality_measures.size()>;
 
-/// Every measure of every cell, triangles or quads.
-template <std::size_t corners>
-Quality quality_of(const Eigen::Matrix3Xd& points, const std::vector<std::array<PetscInt, corners>>& cells) {
-  vtkNew<std::conditional_t<corners == 3, vtkTriangle, vtkQuad>> shape;
+/// Every measure of every local element.
+Quality quality_of(const Surface& mesh) {
+  vtkNew<vtkTriangle> triangle;
+  vtkNew<vtkQuad> quad;
+  vtkCell* const shape = mesh.has_quads() ? static_cast<vtkCell*>(quad) : triangle;
   Quality quality;
-  for (const auto& cell : cells) {
-    for (std::size_t k = 0; k < corners; ++k) {
-      shape->Points->SetPoint(static_cast<vtkIdType>(k), points.col(cell[k]).data());
+  for (PetscInt e = 0; e < mesh.elements.local(); ++e) {
+    for (int k = 0; k < mesh.sides_per_element(); ++k) {
+      shape->Points->SetPoint(k, mesh.rest.col(mesh.corner(e, k)).data());
     }
     for (std::size_t measure = 0; measure < quality.size(); ++measure) {
       const QualityMeasure& of = quality_measures[measure];
-      quality[measure].push_back((corners == 3 ? of.of_triangle : of.of_quad)(shape));
+      quality[measure].push_back((mesh.has_quads() ? of.of_quad : of.of_triangle)(shape));
     }
   }
   return quality;
@@ -81,11 +82,10 @@ std::string quality_line(MPI_Comm comm, const Quality& quality, PetscInt owned) 
 }
 
 /// Prints the figures of a distributed mesh and writes it as an object of a frame. Collective.
-template <std::size_t corners>
-void write_frame(const Surface& mesh, const std::vector<std::array<PetscInt, corners>>& cells, FrameWriter& writer,
-                 std::size_t object, const std::string& heading, Console& console) {
+void write_frame(const Surface& mesh, FrameWriter& writer, std::size_t object, const std::string& heading,
+                 Console& console) {
   const Drawing surface = drawing_of(mesh, whole_surface(mesh));
-  const Quality quality = quality_of(mesh.rest, cells);
+  const Quality quality = quality_of(mesh);
   console.say(heading + quality_line(mesh.comm(), quality, mesh.elements.owned));
   console.say(heading + partition_line(mesh));
   Frame frame;
@@ -136,18 +136,19 @@ void mesh_only(MPI_Comm comm, const RunPlan& plan, RunRecord record) {
     }
     if (loaded.rows.corners == 4) {
       const Sheet sheet = make_sheet(comm, std::move(loaded.rows), options);
-      write_frame(sheet, sheet.cells, writer, i, heading, console);
+      write_frame(sheet, writer, i, heading, console);
       rows.push_back(rows_of_mesh(sheet));
     } else {
       const Membrane membrane = make_membrane(comm, std::move(loaded.rows), options).membrane;
-      write_frame(membrane, membrane.triangles, writer, i, heading, console);
+      write_frame(membrane, writer, i, heading, console);
       rows.push_back(rows_of(membrane, {}, {}));
     }
   }
   writer.complete(0, 0);
   console.say(output.directory + "/" + output.name + ".pvd");
   for (std::size_t i = 0; i < meshes.size(); ++i) {
-    write_mesh_file(rows[i], mesh_file_name(output, objects[i].name), folder, console);
+    const std::string& object = objects[i].name;  // "sheet.mesh.h5", or of one of several "world_sheet.mesh.h5"
+    write_mesh_file(rows[i], output.name + (object.empty() ? "" : "_" + object) + ".mesh.h5", folder, console);
   }
 }
 

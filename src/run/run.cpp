@@ -127,8 +127,7 @@ class Run {
                 std::filesystem::equivalent(std::filesystem::path(checkpoint_->path()).parent_path(),
                                             options_.output.directory, none);
     });
-    MPI_Bcast(&is_same, 1, MPI_CXX_BOOL, 0, comm_);
-    return is_same;
+    return on_any_rank(comm_, is_same);
   }
 
   /// The first frame and row, or the continuation of those of an earlier run. Lines about the mesh are printed only
@@ -246,11 +245,7 @@ class Run {
 }  // namespace
 
 void run_objects(MPI_Comm comm, const std::deque<ObjectOptions>& objects, RunRecord record) {
-  std::deque<NamedOptions> named;
-  for (const ObjectOptions& object : objects) {
-    named.emplace_back(object.name, object.options);
-  }
-  const RunPlan plan = plan_run(std::move(named));
+  const RunPlan plan = plan_run({objects.begin(), objects.end()});
   const Options& options = plan.objects.front().options;
   require_valid(options.time);
   Console console(comm, options.output.monitor);

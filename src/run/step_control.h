@@ -17,27 +17,19 @@ class SteppedRun {
  public:
   virtual ~SteppedRun() = default;
 
-  virtual double time() const = 0;  ///< of the state [s]
-  virtual int step() const = 0;     ///< accepted steps
+  // The state: see World.
 
-  /// Length of the next step if nothing shortens it [s], a part of the state; 0: not known yet.
+  virtual double time() const = 0;
+  virtual int step() const = 0;
   virtual double& length() = 0;
-
-  /// Moves the state from time() to time() + h [s]. When it does not converge, time() and step() stay and the rest of
-  /// the state may be anything.
   virtual StepResult advance(double h) = 0;
-  /// The step is accepted and will not be undone. Moves the clock to `time`, by rounding alone: sums of steps drift.
   virtual void accept(double time) = 0;
-  /// A step begins: keeps a copy of the state ...
   virtual void keep() = 0;
-  /// ... and restores it.
   virtual void restore() = 0;
-
-  /// Why the run ends early; empty as long as it does not.
   virtual std::string ended() const { return ""; }
-
-  /// Lines about the run as a whole for the end of the log, such as steps that ended out of balance.
   virtual std::vector<std::string> remarks() const { return {}; }
+
+  // The output.
 
   /// Whether a frame of the present state is due.
   virtual bool frame_due() const = 0;

@@ -1,9 +1,8 @@
 #include "run/world_output.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <utility>
-
-#include "world/state_checks.h"
 
 namespace pellicle::run {
 
@@ -15,6 +14,11 @@ std::vector<FramePart> parts_of(const World& world) {
     parts.push_back({object->name(), key_of(object->name())});
   }
   return parts;
+}
+
+/// "history_cloth.csv" of "history".
+std::string file_of(const std::string& table, const Object& object) {
+  return table + (object.name().empty() ? "" : "_" + object.name()) + ".csv";
 }
 
 }  // namespace
@@ -45,6 +49,79 @@ std::vector<BodyDrawing> drawings_of_bodies(MPI_Comm comm, const std::deque<Name
   return drawings;
 }
 
+HistoryTables::HistoryTables(OutputFolder& folder, Object& object, bool contact_apart)
+    : object_(object),
+      contact_apart_(contact_apart),
+      history_(folder, file_of("history", object), object.report(0, contact_apart).columns(), key_of(object.name())) {
+  if (object.state().burning) {
+    pieces_ = std::make_unique<History>(
+        folder, file_of("pieces", object),
+        std::vector<History::Column>{{"time", "s"}, {"step", ""}, {"piece", ""}, {"birth_time", "s"}, {"mass", "kg"}},
+        key_of(object.name()));
+  }
+  if (object.options().project.monitor) {
+    std::vector<History::Column> columns{
+        {"time", "s"}, {"step", ""}, {"projection_step", ""}, {"projected_colour", ""}};
+    for (const char* colour : colour_names) {
+      columns.push_back({std::string("error_") + colour, "m"});
+    }
+    columns.push_back({"error_total", "m"});
+    projection_ = std::make_unique<History>(folder, file_of("projection", object), columns, key_of(object.name()));
+  }
+}
+
+void HistoryTables::add_step(int retries) {
+  const State& state = object_.state();
+  if (projection_ != nullptr) {
+    projection_->start();
+    for (const ProjectionError& error : object_.last_step().projected) {  // the curves of Fig. 8
+      if (rank_of(object_.surface().comm()) == 0) {
+        const char* after = error.projected ? colour_names[static_cast<std::size_t>(*error.projected)] : "start";
+        std::printf("  projection step %d %-6s ||C|| red %.4e green %.4e blue %.4e yellow %.4e all %.4e\n", error.step,
+                    after, error.colour[0], error.colour[1], error.colour[2], error.colour[3], error.total);
+      }
+      std::vector<double> row{state.time, static_cast<double>(state.step), static_cast<double>(error.step),
+                              error.projected ? static_cast<double>(*error.projected) : -1.0};
+      row.insert(row.end(), error.colour.begin(), error.colour.end());
+      row.push_back(error.total);
+      projection_->add(row);
+    }
+  }
+  if (pieces_ != nullptr) {
+    pieces_->start();  // It is there, too, when nothing is left.
+  }
+  history_.add(object_.report(retries, contact_apart_).values());
+}
+
+void HistoryTables::add_frame() {
+  if (pieces_ == nullptr) {
+    return;
+  }
+  const State& state = object_.state();
+  const Pieces& pieces = state.burning->pieces;
+  const std::vector<double> masses = piece_masses(pieces, object_.surface(), state.burning->mass);
+  for (std::size_t i = 0; i < masses.size(); ++i) {
+    pieces_->add({state.time, static_cast<double>(state.step), static_cast<double>(pieces.present[i]),
+                  pieces.birth_time[i], masses[i]});
+  }
+}
+
+void HistoryTables::save(Hdf5File& checkpoint) const {
+  for (const History* table : std::initializer_list<const History*>{&history_, pieces_.get(), projection_.get()}) {
+    if (table != nullptr) {
+      table->save(checkpoint);
+    }
+  }
+}
+
+void HistoryTables::resume(const Hdf5File& checkpoint) {
+  for (History* table : {&history_, pieces_.get(), projection_.get()}) {
+    if (table != nullptr) {
+      table->resume(checkpoint);
+    }
+  }
+}
+
 WorldOutput::WorldOutput(World& world, OutputFolder& folder, Console& console, const OutputOptions& options,
                          std::vector<BodyDrawing> bodies)
     : world_(world),
@@ -57,14 +134,13 @@ WorldOutput::WorldOutput(World& world, OutputFolder& folder, Console& console, c
     for (const std::size_t i : group->plan().objects) {
       is_coupled[i] = !group->plan().is_single();
     }
+    if (!group->plan().is_single() && group->plan().contact.self) {
+      touching_ = group.get();
+      contacts_ = std::make_unique<History>(folder, "contacts.csv", group->report().columns());
+    }
   }
   for (std::size_t i = 0; i < world.objects().size(); ++i) {
-    tables_.push_back(std::make_unique<HistoryTables>(folder, *world.objects()[i], is_coupled[i]));
-  }
-  for (const std::unique_ptr<Group>& group : world.groups()) {
-    if (!group->plan().is_single() && group->plan().any_touches()) {
-      contacts_.push_back({group.get(), std::make_unique<History>(folder, "contacts.csv", group->report().columns())});
-    }
+    tables_.emplace_back(folder, *world.objects()[i], is_coupled[i]);
   }
   writer_.reserve_names();
 }
@@ -77,11 +153,11 @@ void WorldOutput::begin() {
 void WorldOutput::resume(const Hdf5File& checkpoint) {
   check_chosen_fields();
   writer_.resume(checkpoint);
-  for (const std::unique_ptr<HistoryTables>& tables : tables_) {
-    tables->resume(checkpoint);
+  for (HistoryTables& tables : tables_) {
+    tables.resume(checkpoint);
   }
-  for (const GroupTable& table : contacts_) {
-    table.contacts->resume(checkpoint);
+  if (contacts_ != nullptr) {
+    contacts_->resume(checkpoint);
   }
 }
 
@@ -122,7 +198,7 @@ void WorldOutput::draw() {
         writer_.complete(time(), step());
       }
     });
-    tables_[i]->add_frame();
+    tables_[i].add_frame();
   }
 }
 
@@ -173,21 +249,21 @@ void WorldOutput::add_rows(int retries, bool all) {
   const std::vector<std::unique_ptr<Object>>& objects = world_.objects();
   for (std::size_t i = 0; i < objects.size(); ++i) {
     if (all || world_.is_present(*objects[i])) {
-      tables_[i]->add_step(retries);
+      tables_[i].add_step(retries);
     }
   }
-  for (const GroupTable& table : contacts_) {
-    table.contacts->add(table.group->report().values());
+  if (contacts_ != nullptr) {
+    contacts_->add(touching_->report().values());
   }
 }
 
 void WorldOutput::save(Hdf5File& checkpoint) const {
   world_.save(checkpoint);
-  for (const std::unique_ptr<HistoryTables>& tables : tables_) {
-    tables->save(checkpoint);
+  for (const HistoryTables& tables : tables_) {
+    tables.save(checkpoint);
   }
-  for (const GroupTable& table : contacts_) {
-    table.contacts->save(checkpoint);
+  if (contacts_ != nullptr) {
+    contacts_->save(checkpoint);
   }
   writer_.save(checkpoint);
 }

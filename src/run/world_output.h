@@ -12,8 +12,9 @@
 #include "io/frame_series.h"
 #include "io/frame_writer.h"
 #include "io/history.h"
-#include "run/history_tables.h"
+#include "io/output_folder.h"
 #include "run/step_control.h"
+#include "state/hdf5_file.h"
 #include "world/world.h"
 
 namespace pellicle::run {
@@ -29,6 +30,34 @@ struct BodyDrawing : FramePart {  // "ball", "heat_flame", of an object "heat_pa
 /// The bodies of a run, and the balls of heat of all its objects. Collective. @throws Error as make_bodies does
 /// @param objects the first has the run's bodies
 std::vector<BodyDrawing> drawings_of_bodies(MPI_Comm comm, const std::deque<NamedOptions>& objects);
+
+/// The tables of an object: a row of history.csv for the initial state and for each step, where something burns the
+/// pieces of each frame in pieces.csv, and with `project.monitor` the curves of Fig. 8 of the burning paper in
+/// projection.csv. The tables of an object with a name have it in theirs. All calls are collective.
+class HistoryTables {
+ public:
+  /// Touches no file. Folder and object must outlive it.
+  /// @param contact_apart see Object::report
+  /// @throws Error, the same on all ranks, if two columns, or two files, have the same name
+  HistoryTables(OutputFolder& folder, Object& object, bool contact_apart);
+
+  /// Adds the row of the last step. @param retries how often it was tried again
+  void add_step(int retries);
+  /// Adds a row for each piece of the present frame.
+  void add_frame();
+
+  /// Notes in a checkpoint how long the tables are. @throws Error, on all ranks
+  void save(Hdf5File& checkpoint) const;
+  /// Goes on with the tables of the run that has written a checkpoint, in its folder. @throws Error, on all ranks
+  void resume(const Hdf5File& checkpoint);
+
+ private:
+  Object& object_;
+  bool contact_apart_;
+  History history_;
+  std::unique_ptr<History> pieces_;      ///< null: nothing burns
+  std::unique_ptr<History> projection_;  ///< null: not asked for
+};
 
 /// The output of a world: frames, tables and lines. All calls are collective.
 class WorldOutput : public SteppedRun {
@@ -64,12 +93,6 @@ class WorldOutput : public SteppedRun {
   void save(Hdf5File& checkpoint) const override;
 
  private:
-  /// The table of a group of objects that touch each other.
-  struct GroupTable {
-    const Group* group;
-    std::unique_ptr<History> contacts;
-  };
-
   void check_chosen_fields();
   void draw_bodies();
   void add_rows(int retries, bool all);
@@ -79,8 +102,9 @@ class WorldOutput : public SteppedRun {
   std::vector<BodyDrawing> bodies_;
   FrameWriter writer_;
   bool fields_are_to_be_checked_;
-  std::vector<std::unique_ptr<HistoryTables>> tables_;  ///< of the objects
-  std::vector<GroupTable> contacts_;
+  std::deque<HistoryTables> tables_;   ///< of the objects
+  const Group* touching_ = nullptr;    ///< several objects that touch each other; null: there are none
+  std::unique_ptr<History> contacts_;  ///< their table
 };
 
 }  // namespace pellicle::run

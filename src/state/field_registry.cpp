@@ -107,15 +107,26 @@ void FieldRegistry::pack(Item item, PetscInt local, std::byte* record, double fr
   });
 }
 
-void FieldRegistry::unpack(Item item, PetscInt local, const std::byte* record) {
-  for_each_on_items(*this, item, [&](const Entry& entry, auto& values) {
-    for (int k = 0; k < entry.components; ++k) {
-      Kept<std::decay_t<decltype(values)>> kept{};
-      std::memcpy(&kept, record, sizeof kept);
-      record += sizeof kept;
-      number(values, static_cast<std::size_t>(local * entry.components + k)) = kept;
-    }
-  });
+Records FieldRegistry::packed(Item item) const {
+  Records records(record_size(item), item == Item::particle ? particles_->owned : cells_.owned);
+  for (PetscInt i = 0; i < records.count(); ++i) {
+    pack(item, i, records.at(i));
+  }
+  return records;
+}
+
+void FieldRegistry::unpack(Item item, const Records& records) {
+  for (PetscInt i = 0; i < records.count(); ++i) {
+    const std::byte* record = records.at(i);
+    for_each_on_items(*this, item, [&](const Entry& entry, auto& values) {
+      for (int k = 0; k < entry.components; ++k) {
+        Kept<std::decay_t<decltype(values)>> kept{};
+        std::memcpy(&kept, record, sizeof kept);
+        record += sizeof kept;
+        number(values, static_cast<std::size_t>(i * entry.components + k)) = kept;
+      }
+    });
+  }
 }
 
 std::vector<double> numbers_of(const FieldRegistry::Entry& entry) {

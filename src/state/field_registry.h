@@ -11,6 +11,7 @@
 
 #include "base/sorting.h"
 #include "parallel/field.h"
+#include "parallel/records.h"
 
 namespace pellicle::state {
 
@@ -105,8 +106,10 @@ class FieldRegistry {
   /// Writes the record of a local item. @param record (record_size)
   /// @param fraction of the item in the record, by which amounts are multiplied
   void pack(Item item, PetscInt local, std::byte* record, double fraction = 1) const;
-  /// Sets the fields of a local item from a record.
-  void unpack(Item item, PetscInt local, const std::byte* record);
+  /// The records of all owned particles or cells.
+  Records packed(Item item) const;
+  /// Sets the fields of the local items from their records.
+  void unpack(Item item, const Records& records);
 
  private:
   const Layout* particles_;

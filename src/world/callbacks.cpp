@@ -1,10 +1,9 @@
-#include "world/callbacks.h"
-
 #include <cmath>
 #include <functional>
 #include <utility>
 
 #include "base/error.h"
+#include "world/stage.h"
 
 namespace pellicle::world {
 

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/stage_clock.h"
@@ -33,12 +34,15 @@ struct Stages {
   MotionStage* motion = nullptr;
   GasStage* gas = nullptr;  ///< null: the object has no chambers
 
-  template <class Kind, class... Arguments>
-  Kind& add(Arguments&&... arguments) {
-    auto stage = std::make_unique<Kind>(std::forward<Arguments>(arguments)...);
+  template <class Kind>
+  Kind& add(std::unique_ptr<Kind> stage) {
     Kind& added = *stage;
     all.push_back(std::move(stage));
     return added;
+  }
+  template <class Kind, class... Arguments>
+  Kind& add(Arguments&&... arguments) {
+    return add(std::make_unique<Kind>(std::forward<Arguments>(arguments)...));
   }
   /// Adds a stage before the motion, and before its gas if it has any.
   Stage& add_before_motion(std::unique_ptr<Stage> stage) {
@@ -49,33 +53,31 @@ struct Stages {
   }
 };
 
+/// What a kind of an object is called, and parts of it.
+struct ChainWords {
+  std::vector<std::string> clock_names;  ///< of the parts of a step that the clock of an object measures
+  std::string renumbering;               ///< the one of them that is the renumbering of the surface
+  std::string end;                       ///< a line for an object that has ended because nothing is left of it
+  std::string group;                     ///< stands for an object without a name in a checkpoint
+};
+
 /// The kind of an object (`chain`): how its surface is made, renumbered and kept in checkpoints, and of which stages
 /// its steps consist. It has no state. All functions are collective unless stated otherwise.
 class Chain {
  public:
   /// The options must outlive it. Not collective.
-  explicit Chain(const Options& options) : options_(options) {}
+  Chain(const Options& options, ChainWords words) : words(std::move(words)), options_(options) {}
   virtual ~Chain() = default;
 
-  /// The names of the parts of a step that the clock of an object measures. Not collective.
-  virtual std::vector<std::string> clock_names() const = 0;
-  /// The name under which the clock measures the renumbering of the surface. Not collective.
-  virtual std::string renumbering() const = 0;
-  /// A line for an object that has ended because nothing is left of it. Not collective.
-  virtual std::string words_of_end() const = 0;
   /// Lines about a surface for a person who watches.
   virtual std::vector<std::string> lines(const Surface& surface) const = 0;
 
   /// Distributes a surface. @throws Error, on all ranks, on bad materials of a wall that burns
   virtual std::shared_ptr<const Surface> make_surface(MPI_Comm comm, MeshRows rows) const = 0;
-  /// The name that stands for an object without a name in a checkpoint: "sheet" or "balloon". Not collective.
-  virtual std::string group() const = 0;
   /// Reads a surface from the group of its object in a checkpoint. @throws Error, on all ranks
   virtual std::shared_ptr<const Surface> read_surface(const Hdf5File& checkpoint, const std::string& group) const = 0;
   /// Writes a surface into the group of its object. @throws Error, on all ranks
   virtual void write_surface(Hdf5File& checkpoint, const std::string& group, const Surface& surface) const = 0;
-  /// Persistent ids of the local elements. Not collective.
-  virtual std::vector<PetscInt> element_ids(const Surface& surface) const = 0;
 
   /// Splits corners of a surface. @param particles, copies, elements data of these, see `split` of surface/compaction.h
   virtual MovedSurface split(const Surface& surface, const SplitCorners& corners, const Records& particles,
@@ -94,6 +96,8 @@ class Chain {
   /// The stages of an object that goes on from a state. All must outlive them.
   /// @throws Error on textures that cannot be read and other input
   virtual Stages make_stages(const Surface& surface, State& state, StageClock& clock, Textures& textures) const = 0;
+
+  const ChainWords words;
 
  protected:
   const Options& options_;

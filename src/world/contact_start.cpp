@@ -1,5 +1,3 @@
-#include "world/contact_start.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,12 +7,12 @@
 #include <utility>
 
 #include "base/error.h"
-#include "contact/body_contact.h"
 #include "contact/crack_faces.h"
 #include "contact/crossings.h"
 #include "contact/surface_contact.h"
 #include "contact/untangle.h"
 #include "parallel/collective.h"
+#include "world/group.h"
 
 namespace pellicle::world {
 
@@ -221,16 +219,6 @@ std::string settle_start(const ContactOptions& options, const std::vector<Object
   }
   most = max_over_ranks(surfaces.front().part.surface->comm(), most);
   return fmt::format("{}; untangled, no particle was moved by more than {:.3g} m", tangle, most);
-}
-
-void refuse_start_in_bodies(Object& object) {
-  const std::vector<Body>& bodies = object.motion().bodies();
-  const Surface& surface = object.surface();
-  const double least = BodySweep::tolerance * object.motion().contact_part().thickness_or_usual();
-  const State& state = object.state();
-  const std::vector<bool> constrained = object.motion().constrained();
-  refuse_fault("", particles_inside(bodies, state.time, surface.particles, state.position, constrained, least));
-  refuse_fault("", triangles_inside(bodies, state.time, surface, state.position, constrained, least));
 }
 
 }  // namespace pellicle::world

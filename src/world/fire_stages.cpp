@@ -13,8 +13,8 @@
 #include "contact/body_heat.h"
 #include "contact/contact_surface.h"
 #include "heat/heat_balance.h"
+#include "io/console.h"
 #include "parallel/collective.h"
-#include "world/fire_remarks.h"
 
 namespace pellicle::world {
 
@@ -53,6 +53,17 @@ std::vector<double> mass_ratios(const Surface& surface, const Field& mass) {
     ratio.push_back(of_particle[1] > 0 ? of_particle[0] / of_particle[1] : 0);
   }
   return ratio;
+}
+
+/// Whether a source or a body hotter than `temperature` heats something that does not burn from the start.
+bool is_heated_beyond(double temperature, const Options& options) {
+  const bool by_source =
+      std::any_of(options.heat.sources.begin(), options.heat.sources.end(),
+                  [temperature](const auto& source) { return source.second.temperature > temperature; });
+  const bool by_body = std::any_of(options.bodies.begin(), options.bodies.end(), [temperature](const auto& body) {
+    return body.second.temperature.value_or(0) > temperature;
+  });
+  return options.heat.initial_temperature <= options.combustion.ignition_temperature && (by_source || by_body);
 }
 
 }  // namespace
@@ -232,6 +243,53 @@ std::vector<std::string> CrackStage::remarks() const {
                    : std::vector<std::string>();
 }
 
+void note_fire(Eigen::VectorXd& record, double time, double left, double burnt, double temperature_max) {
+  const double fraction = left + burnt > 0 ? burnt / (left + burnt) : 0;
+  if (fraction > of(record, FireRecord::burnt)) {
+    of(record, FireRecord::last_time) = time;
+  }
+  of(record, FireRecord::burnt) = fraction;
+  of(record, FireRecord::present_time) = time;
+  of(record, FireRecord::hottest) = std::max(of(record, FireRecord::hottest), temperature_max);
+}
+
+std::vector<std::string> front_remarks(const Options& options, double mean_side) {
+  constexpr double least_heat = 1.3;  // over that of ignition: with less fronts have died (docs/fire.md)
+  const FrontInput input{options.heat.diffusivity, options.heat.burning_heat, options.heat.initial_temperature,
+                         options.ablation.loss_mass};
+  const std::optional<FireFront> front = fire_front(input, options.combustion);
+  if (!is_heated_beyond(options.combustion.ignition_temperature, options) || !front || front->heat < least_heat) {
+    return {};
+  }
+  constexpr double least_cells = 2;
+  const double cells = front->width / mean_side;
+  std::string line =
+      fmt::format("fire: without losses of heat a front goes at about {:.2g} m/s and is {:.2g} m wide, {:.2g} cells",
+                  front->speed, front->width, cells);
+  if (cells < least_cells) {
+    line += fmt::format(
+        "; on so few it goes by the mesh, and may die: expected 2 at least, sides of {:.2g} m here, or a larger "
+        "heat.diffusivity or a smaller combustion.mass_loss_rate",
+        front->width / least_cells);
+  }
+  return {line};
+}
+
+std::vector<std::string> fire_remarks(const Options& options, const Eigen::VectorXd& record) {
+  const double last_time = of(record, FireRecord::last_time);
+  if (last_time < 0 && options.combustion.mass_loss_rate > 0 &&
+      is_heated_beyond(options.heat.initial_temperature, options)) {
+    return {fmt::format(
+        "fire: nothing has caught fire; the hottest was {:.4g} K, combustion.ignition_temperature is {:.4g} K",
+        of(record, FireRecord::hottest), options.combustion.ignition_temperature)};
+  }
+  if (last_time >= 0 && last_time < of(record, FireRecord::present_time)) {
+    return {fmt::format("fire: it went out at {}, when {:.3g} % of the mass had burnt", time_text(last_time),
+                        100 * of(record, FireRecord::burnt))};
+  }
+  return {};
+}
+
 /// Collective.
 FireFigures HeatBalanceStage::figures() const {
   double mass = 0;
@@ -250,9 +308,7 @@ FireFigures HeatBalanceStage::figures() const {
 StageResult HeatBalanceStage::end(Step& step) {
   step.fire = figures();
   const FireFigures& fire = *step.fire;
-  FireRecord record(fields_.fire_record);
-  record.note(state_.time + step.h, fire.mass_left, fire.mass_burnt, fire.temperature_max);
-  fields_.fire_record = record.numbers();
+  note_fire(fields_.fire_record, state_.time + step.h, fire.mass_left, fire.mass_burnt, fire.temperature_max);
 
   // The umbrella makes heat; the consistent operator may make none.
   const double made = options_.heat.operator_name == HeatOperator::umbrella ? fire.heat_made : 0;
@@ -280,8 +336,6 @@ void HeatBalanceStage::report(Report& report, const Step& step) const {
   report.add("temperature_max", "K", fire.temperature_max);
 }
 
-std::vector<std::string> HeatBalanceStage::remarks() const {
-  return fire_remarks(options_, FireRecord(fields_.fire_record));
-}
+std::vector<std::string> HeatBalanceStage::remarks() const { return fire_remarks(options_, fields_.fire_record); }
 
 }  // namespace pellicle::world

@@ -102,6 +102,15 @@ class CrackStage : public FireStage {
   MotionStage& motion_;
 };
 
+/// Notes a step in a record of a fire (FireRecord). @param left, burnt masses of all ranks [kg]
+/// @param temperature_max [K]
+void note_fire(Eigen::VectorXd& record, double time, double left, double burnt, double temperature_max);
+/// A line that gives the speed and the width in cells of a front of fire, if something can light one and it spreads
+/// by itself; it names the remedy where the front is narrower than two cells. @param mean_side of the mesh [m]
+std::vector<std::string> front_remarks(const Options& options, double mean_side);
+/// A line if the fire has gone out before the end of a run, or nothing has caught fire. @param record see FireRecord
+std::vector<std::string> fire_remarks(const Options& options, const Eigen::VectorXd& record);
+
 /// Refuses a step whose heat does not add up: the heat content must be the initial content plus the heat that came in
 /// and was made, less the heat that went out. It also keeps the course of the fire, for remarks.
 class HeatBalanceStage : public FireStage {

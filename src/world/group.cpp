@@ -1,20 +1,17 @@
 #include "world/group.h"
 
 #include <algorithm>
+#include <iterator>
 #include <optional>
 #include <utility>
 
 #include "contact/crack_faces.h"
 #include "contact/crossings.h"
-#include "world/contact_start.h"
 
 namespace pellicle::world {
 
 Group::Group(GroupPlan plan, std::vector<Object*> objects)
-    : plan_(std::move(plan)),
-      objects_(std::move(objects)),
-      clock_({"implicit step"}),
-      clock_of_balance_(plan_.is_single() ? &objects_.front()->clock() : &clock_) {
+    : plan_(std::move(plan)), objects_(std::move(objects)), clock_({"implicit step"}) {
   if (const std::vector<Object*> starting = touching(); !starting.empty() && objects_.front()->state().step == 0) {
     start_line_ = settle_start(plan_.contact, starting);
   }
@@ -23,45 +20,40 @@ Group::Group(GroupPlan plan, std::vector<Object*> objects)
 
 std::vector<std::string> Group::first_remarks() {
   std::vector<std::string> lines;
-  const std::string heading = plan_.is_single() ? heading_of(plan_.names.front()) : "";
+  const std::string heading = plan_.is_single() ? heading_of(objects_.front()->name()) : "";
   if (!start_line_.empty()) {
     lines.push_back(heading + start_line_);
   }
   const std::string words = equilibrium() != nullptr ? equilibrium()->solver_words() : "";
   if (!words.empty()) {
-    const std::string of = plan_.is_single() ? "" : plan_.any_touches() ? " of what touches" : " of what is linked";
+    const std::string of = plan_.is_single() ? "" : plan_.contact.self ? " of what touches" : " of what is linked";
     lines.push_back(heading + "linear solver" + of + ": " + words);
   }
   return lines;
 }
 
-/// The places of the objects that are not gone.
-std::vector<std::size_t> Group::present() const {
-  std::vector<std::size_t> present;
-  for (std::size_t i = 0; i < objects_.size(); ++i) {
-    if (!objects_[i]->is_gone()) {
-      present.push_back(i);
-    }
-  }
+/// The objects that are not gone.
+std::vector<Object*> Group::present() const {
+  std::vector<Object*> present;
+  std::copy_if(objects_.begin(), objects_.end(), std::back_inserter(present),
+               [](const Object* object) { return !object->is_gone(); });
   return present;
 }
 
 /// The objects that touch each other and are not gone.
 std::vector<Object*> Group::touching() const {
   std::vector<Object*> touching;
-  for (const std::size_t i : present()) {
-    if (plan_.touches[i]) {
-      touching.push_back(objects_[i]);
-    }
-  }
+  std::copy_if(objects_.begin(), objects_.end(), std::back_inserter(touching),
+               [](const Object* object) { return object->options().contact.self && !object->is_gone(); });
   return touching;
 }
 
 /// Made anew whenever an object has been numbered anew or is gone. @returns null: nothing is left
 Equilibrium* Group::equilibrium() {
+  const std::vector<Object*> present = this->present();
   std::vector<std::pair<const Object*, int>> numbering;
-  for (const std::size_t i : present()) {
-    numbering.emplace_back(objects_[i], objects_[i]->replaced());
+  for (const Object* object : present) {
+    numbering.emplace_back(object, object->replaced());
   }
   if (numbering == numbering_) {
     return equilibrium_.get();
@@ -69,66 +61,64 @@ Equilibrium* Group::equilibrium() {
   numbering_ = std::move(numbering);
   equilibrium_ = nullptr;
   std::vector<CoupledMotion> motions;
-  for (const std::size_t i : present()) {
-    motions.push_back({plan_.names[i], &objects_[i]->motion(), plan_.touches[i]});
+  for (Object* object : present) {
+    motions.push_back({object->name(), &object->motion(), object->options().contact.self});
   }
   if (!motions.empty()) {
-    equilibrium_ = std::make_unique<Equilibrium>(motions, plan_.contact, plan_.newton, *clock_of_balance_,
+    equilibrium_ = std::make_unique<Equilibrium>(motions, plan_.contact, plan_.newton,
+                                                 plan_.is_single() ? objects_.front()->clock() : clock_,
                                                  plan_.is_single() ? motions.front().motion->stage() : "implicit step");
   }
   return equilibrium_.get();
 }
 
-StepResult Group::advance(double h) {
-  StepResult all;
+void Group::advance(double h, StepResult& all) {
   Equilibrium* const equilibrium = this->equilibrium();
   if (equilibrium == nullptr) {
-    return all;
+    return;
   }
-  const auto is_good = [&](std::size_t i, const StageResult& result) {
+  const auto is_good = [&](const Object& object, const StageResult& result) {
     all.converged = result.converged;
-    all.reason = result.converged ? "" : heading_of(plan_.names[i]) + result.reason;
+    all.reason = result.converged ? "" : heading_of(object.name()) + result.reason;
     return result.converged;
   };
-  const std::vector<std::size_t> present = this->present();
-  for (const std::size_t i : present) {
-    const StageResult begun = objects_[i]->begin(h);
+  const std::vector<Object*> present = this->present();
+  for (Object* object : present) {
+    const StageResult begun = object->begin(h);
     all.iterations += begun.iterations;
-    if (!is_good(i, begun)) {
-      return all;
+    if (!is_good(*object, begun)) {
+      return;
     }
   }
   last_ = equilibrium->solve(h);
   all.iterations += last_.linear_iterations + last_.moving_iterations;
-  all.newton_iterations = last_.newton_iterations;
+  all.newton_iterations += last_.newton_iterations;
   if (!last_.converged) {
     all.converged = false;
     all.reason = last_.reason;
-    for (const std::size_t i : present) {  // For the picture of what has failed.
-      if (const StepPart* part = objects_[i]->motion().part(); part != nullptr) {
-        objects_[i]->state().position.values() = part->position().values();
+    for (Object* object : present) {  // For the picture of what has failed.
+      if (const StepPart* part = object->motion().part(); part != nullptr) {
+        object->state().position.values() = part->position().values();
       }
     }
-    return all;
+    return;
   }
   for (std::size_t k = 0; k < present.size(); ++k) {
-    const std::size_t i = present[k];
-    Object& object = *objects_[i];
+    Object& object = *present[k];
     if (!last_.contact_work.empty()) {
       object.state().contact_work += last_.contact_work[k].pressing;
       object.state().friction_work += last_.contact_work[k].friction;
     }
-    if (!is_good(i, object.end(last_))) {
-      return all;
+    if (!is_good(object, object.end(last_))) {
+      return;
     }
-    const std::string& name = plan_.names[i];
+    const std::string& name = object.name();
     all.figures += (all.figures.empty() ? "" : ", ") + name + (name.empty() ? "" : " ") +
                    object.motion().progress(object.last_step());
     if (const std::optional<double> error = object.last_step().error; error) {
       all.step_error = std::max(*error, all.step_error.value_or(0));
     }
   }
-  return all;
 }
 
 void Group::accept() {

@@ -20,8 +20,8 @@ class Group {
   /// @throws Error on links between objects whose gas or air differs
   Group(GroupPlan plan, std::vector<Object*> objects);
 
-  /// Makes a step of length h [s] of all objects that are not gone.
-  StepResult advance(double h);
+  /// Makes a step of length h [s] of all objects that are not gone. @param all what the groups before have found
+  void advance(double h, StepResult& all);
   /// Must be called when all objects of the run have accepted a step (Object::accept).
   void accept();
 
@@ -34,18 +34,25 @@ class Group {
   StageClock* clock() { return plan_.is_single() ? nullptr : &clock_; }
 
  private:
-  std::vector<std::size_t> present() const;
+  std::vector<Object*> present() const;
   std::vector<Object*> touching() const;
   Equilibrium* equilibrium();
 
   GroupPlan plan_;
   std::vector<Object*> objects_;
   StageClock clock_;
-  StageClock* clock_of_balance_;
   std::string start_line_;
   std::vector<std::pair<const Object*, int>> numbering_;  ///< what is not gone, and Object::replaced
   std::unique_ptr<Equilibrium> equilibrium_;              ///< of these; null: nothing is left
   EquilibriumResult last_;
 };
+
+/// Counts crossings and acts as `contact.start` says: only counts, or refuses surfaces that pass through themselves or
+/// each other, or moves them until they do not (contact/untangle.h), and then apart until they hardly press.
+/// Collective.
+/// @returns a message; empty: nothing crossed
+/// @throws Error naming objects, elements and place, if crossings are refused or cannot be removed, and if a thickness
+/// is more than ten mean sides of its mesh
+std::string settle_start(const ContactOptions& options, const std::vector<Object*>& objects);
 
 }  // namespace pellicle::world

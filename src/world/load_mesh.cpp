@@ -1,6 +1,6 @@
 #include "world/load_mesh.h"
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <utility>
@@ -59,36 +59,25 @@ std::vector<std::string> faults_without_uv(const Options& options) {
   return faults;
 }
 
-/// @throws Error of these faults, if there are any
-void refuse(const std::string& summary, const std::vector<std::string>& faults) {
-  std::string line;
-  for (const std::string& fault : faults) {
-    line += fault.empty() ? "" : "; " + fault;
-  }
-  if (!line.empty()) {
-    throw Error(summary + line);
+/// @throws Error of these faults, if there are any, with the remarks on the mesh
+void refuse(const std::string& summary, std::vector<std::string> faults, const std::vector<std::string>& remarks = {}) {
+  if (!faults.empty()) {
+    faults.insert(faults.end(), remarks.begin(), remarks.end());
+    throw Error(fmt::format("{}; {}", summary, fmt::join(faults, "; ")));
   }
 }
 
 /// Refuses a mesh on which the run's chain cannot be built, or to which its textures cannot be put.
 /// @throws Error, one line that describes the mesh and names all its faults
 void require_fit(const CheckedMesh& checked, const Options& options) {
-  std::vector<std::string> faults;
-  if (options.chain == ChainKind::burn) {
-    faults.push_back(fault_of_quads(checked.mesh));
-  }
-  if (checked.report.boundary_edges > 0) {
-    faults.push_back(fault_of_chambers(options));
-  }
+  std::vector<std::string> faults{options.chain == ChainKind::burn ? fault_of_quads(checked.mesh) : "",
+                                  checked.report.boundary_edges > 0 ? fault_of_chambers(options) : ""};
   if (checked.mesh.uv.empty()) {
     const std::vector<std::string> of_textures = faults_without_uv(options);
     faults.insert(faults.end(), of_textures.begin(), of_textures.end());
   }
-  const auto is_fault = [](const std::string& fault) { return !fault.empty(); };
-  if (std::any_of(faults.begin(), faults.end(), is_fault)) {
-    faults.insert(faults.end(), checked.mesh.remarks.begin(), checked.mesh.remarks.end());
-  }
-  refuse(checked.report.summary(), faults);
+  faults.erase(std::remove(faults.begin(), faults.end(), ""), faults.end());
+  refuse(checked.report.summary(), faults, checked.mesh.remarks);
 }
 
 /// The lines about a mesh that are printed (LoadedMesh::lines).
@@ -140,10 +129,6 @@ LoadedMesh read_mesh_file(MPI_Comm comm, const Options& options) {
 }
 
 }  // namespace
-
-std::string mesh_file_name(const OutputOptions& options, const std::string& object) {
-  return options.name + (object.empty() ? "" : "_" + object) + ".mesh.h5";
-}
 
 LoadedMesh load_mesh(MPI_Comm comm, const Options& options) {
   if (options.mesh.has_partition()) {

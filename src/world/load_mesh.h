@@ -19,15 +19,12 @@ struct LoadedMesh {
 };
 
 /// Loads the mesh of a run. Either reads or generates it on rank 0, and for the inflating chain splits its faces into
-/// triangles; or reads on each rank its fraction of a file of `-mesh_only` (mesh_file_name), which is checked and in
-/// its place already. Collective.
+/// triangles; or reads on each rank its fraction of a file of `-mesh_only`, which is checked and in its place already.
+/// Collective.
 /// @throws Error, on all ranks; with `-mesh_only` no mesh is refused because the chain cannot be built on it
 LoadedMesh load_mesh(MPI_Comm comm, const Options& options);
 
-/// The name of the file in which `-mesh_only` writes the mesh and its partition: "sheet.mesh.h5", or of one of several
-/// objects "world_sheet.mesh.h5".
-std::string mesh_file_name(const OutputOptions& options, const std::string& object);
-/// The group of its tables.
+/// The group of the tables of a mesh in a file of `-mesh_only`.
 inline constexpr const char* mesh_file_group = "mesh";
 
 /// "ranks: 4; partition: edge cut 83, imbalance 1.010"

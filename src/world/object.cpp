@@ -6,25 +6,33 @@
 #include <utility>
 #include <variant>
 
+#include "contact/body_sweep.h"
 #include "contact/contact_surface.h"
 #include "contact/crossings.h"
 #include "parallel/collective.h"
 #include "surface/split_corners.h"
-#include "world/contact_start.h"
 #include "world/load_mesh.h"
-#include "world/state_checks.h"
 
 namespace pellicle::world {
 
 namespace {
 
+/// Persistent ids of the local elements: that of a quad is that of its lattice particle.
+std::vector<PetscInt> element_ids(const Surface& surface) {
+  std::vector<PetscInt> ids = surface.has_quads() ? surface.lattice : surface.element_id;
+  for (std::size_t e = 0; e < surface.lattice.size(); ++e) {
+    ids[e] = surface.persistent_id[surface.lattice[e]];
+  }
+  return ids;
+}
+
 /// The state of an object from its group of a checkpoint. Collective.
-std::unique_ptr<State> read_state(const Hdf5File& checkpoint, const std::string& group, const Chain& chain,
-                                  const Options& options, const Surface& surface) {
+std::unique_ptr<State> read_state(const Hdf5File& checkpoint, const std::string& group, const Options& options,
+                                  const Surface& surface) {
   const std::string table = group + "/state";
   const auto chambers = static_cast<int>(checkpoint.read_all<double>(table + "/once/pressure").size());
   auto state = std::make_unique<State>(surface, options, chambers);
-  read_fields(checkpoint, table, *state, surface.persistent_id, chain.element_ids(surface));
+  read_fields(checkpoint, table, *state, surface.persistent_id, element_ids(surface));
   return state;
 }
 
@@ -115,13 +123,24 @@ void report_seconds(Report& report, const StageClock& clock) {
   }
 }
 
+/// Refuses an object that starts inside a body. Collective. @throws Error that names particle or triangle, and body
+void refuse_start_in_bodies(const Object& object) {
+  const std::vector<Body>& bodies = object.motion().bodies();
+  const Surface& surface = object.surface();
+  const double least = BodySweep::tolerance * object.motion().contact_part().thickness_or_usual();
+  const State& state = object.state();
+  const std::vector<bool> constrained = object.motion().constrained();
+  refuse_fault("", particles_inside(bodies, state.time, surface.particles, state.position, constrained, least));
+  refuse_fault("", triangles_inside(bodies, state.time, surface, state.position, constrained, least));
+}
+
 }  // namespace
 
 Object::Object(std::string name, Options options, MPI_Comm comm, MeshRows rows)
     : name_(std::move(name)),
       options_(std::move(options)),
       chain_(make_chain(options_)),
-      clock_(chain_->clock_names()),
+      clock_(chain_->words.clock_names),
       surface_(chain_->make_surface(comm, std::move(rows))),
       textures_(comm),
       state_(chain_->initial_state(*surface_)) {
@@ -135,10 +154,10 @@ Object::Object(std::string name, Options options, const Hdf5File& checkpoint)
     : name_(std::move(name)),
       options_(std::move(options)),
       chain_(make_chain(options_)),
-      clock_(chain_->clock_names()),
+      clock_(chain_->words.clock_names),
       surface_(chain_->read_surface(checkpoint, group())),
       textures_(checkpoint.comm()),
-      state_(read_state(checkpoint, group(), *chain_, options_, *surface_)) {
+      state_(read_state(checkpoint, group(), options_, *surface_)) {
   make_stages();
   update_derived();
   find_end();
@@ -187,9 +206,7 @@ StageResult Object::begin(double h) {
   result.reason = beyond_reach(options_, *surface_, *state_, h);
   result.converged = result.reason.empty();
   for (auto stage = stages_.all.begin(); result.converged && stage != stages_.all.end(); ++stage) {
-    const int iterations = result.iterations;
-    result = (*stage)->begin(step_);
-    result.iterations += iterations;
+    result.add((*stage)->begin(step_));
   }
   return result;
 }
@@ -231,7 +248,7 @@ void Object::accept(double time) {
   if (!ended_.empty() || (!step_.has_cracked && !step_.has_burnt)) {
     return;
   }
-  const auto timer = clock_.time(chain_->renumbering());
+  const auto timer = clock_.time(chain_->words.renumbering);
   if (can_crack()) {
     split();
   }
@@ -277,7 +294,7 @@ void Object::split() {
     state_->pack(Item::particle, corners.copies[k].original, copies.at(k), corners.copies[k].fraction);
   }
   crack_faces_ = find_crack_faces(*surface_, corners);
-  transfer(chain_->split(*surface_, corners, particles, copies, packed(*state_, Item::cell, surface_->elements.owned)));
+  transfer(chain_->split(*surface_, corners, particles, copies, state_->packed(Item::cell)));
   update_pieces(state_->burning->pieces, *surface_, state_->burning->active, state_->time);
 }
 
@@ -292,12 +309,8 @@ void Object::spread(const std::vector<double>& load) {
 void Object::transfer(MovedSurface moved) {
   auto state = std::make_unique<State>(*moved.surface, options_, static_cast<int>(state_->pressure.size()));
   state->transfer(*state_);
-  for (PetscInt i = 0; i < moved.particles.count(); ++i) {
-    state->unpack(Item::particle, i, moved.particles.at(i));
-  }
-  for (PetscInt i = 0; i < moved.elements.count(); ++i) {
-    state->unpack(Item::cell, i, moved.elements.at(i));
-  }
+  state->unpack(Item::particle, moved.particles);
+  state->unpack(Item::cell, moved.elements);
   stages_ = {};
   kept_.reset();
   whole_.reset();
@@ -309,7 +322,7 @@ void Object::transfer(MovedSurface moved) {
 }
 
 void Object::find_end() {
-  ended_ = is_gone() ? chain_->words_of_end() : stages_.gas != nullptr ? stages_.gas->open_wall(can_crack()) : "";
+  ended_ = is_gone() ? chain_->words.end : stages_.gas != nullptr ? stages_.gas->open_wall(can_crack()) : "";
 }
 
 void Object::draw(const std::function<void(const Frame&)>& write) {
@@ -344,7 +357,7 @@ std::vector<std::string> Object::remarks() const { return lines_of(stages_, &Sta
 
 void Object::save(Hdf5File& checkpoint) const {
   const std::vector<PetscInt>& particles = surface_->persistent_id;
-  std::vector<PetscInt> elements = chain_->element_ids(*surface_);
+  std::vector<PetscInt> elements = element_ids(*surface_);
   elements.resize(static_cast<std::size_t>(surface_->elements.owned));
   chain_->write_surface(checkpoint, group(), *surface_);
   write_fields(checkpoint, group() + "/state", *state_,

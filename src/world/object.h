@@ -14,7 +14,6 @@
 #include "state/hdf5_file.h"
 #include "surface/mesh_rows.h"
 #include "surface/surface.h"
-#include "world/callbacks.h"
 #include "world/chain.h"
 #include "world/options.h"
 #include "world/run_plan.h"
@@ -90,7 +89,7 @@ class Object {
   /// Why the object cannot go on; empty as long as it can. Not collective.
   const std::string& ended() const { return ended_; }
   /// Whether it has ended because nothing is left of it: other objects go on without it. Not collective.
-  bool is_gone() const { return state_->is_gone(); }
+  bool is_gone() const { return state_->burning && state_->burning->pieces.present.empty(); }
 
   /// Passes the present frame to `write`.
   void draw(const std::function<void(const Frame&)>& write);
@@ -110,7 +109,7 @@ class Object {
   void save(Hdf5File& checkpoint) const;
 
  private:
-  std::string group() const { return "objects/" + (name_.empty() ? chain_->group() : name_); }
+  std::string group() const { return "objects/" + (name_.empty() ? chain_->words.group : name_); }
   void make_stages();
   void update_derived();
   void split();

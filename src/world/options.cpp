@@ -58,6 +58,18 @@ void describe(OptionTable& table, ForceOptions& options) {
   describe(table, options.air);
 }
 
+void describe(OptionTable& table, CheckpointOptions& options) {
+  const Condition kept = is_positive("checkpoint.keep", options.keep);
+  table.add("checkpoint.interval_steps", options.interval_steps, Rules().at_least(0).acts_with(kept),
+            "steps between checkpoints, from which -restart goes on; 0: none by steps");
+  table.add("checkpoint.interval_wall", options.interval_wall, Rules("s").at_least(0).acts_with(kept),
+            "time on the wall between checkpoints, such as 30 min; 0: none by this clock; by default 3 min, or a "
+            "twentieth of the time since the run began if that is longer, and the first after 30 s");
+  table.add("checkpoint.keep", options.keep, Rules().at_least(0),
+            "how many checkpoints are kept, the newest ones; one is also written at the end of the run, whatever ends "
+            "it; 0: none");
+}
+
 bool follows_path(const TimeOptions& time) { return time.scheme == TimeScheme::statics && time.arc_length; }
 
 TimeIntegrator integrator_of(const TimeOptions& time) {
@@ -121,45 +133,6 @@ bool heats_or_tears(const Options& options) {
          heat.initial_temperature > options.combustion.ignition_temperature;
 }
 
-}  // namespace
-
-bool balloon_burns(const Options& options) { return inflates(options) && heats_or_tears(options); }
-
-bool balances_bodies(const Options& options) {
-  return inflates(options) || options.dynamics != Dynamics::projection || options.contact.self;
-}
-
-AblationOptions cracks_of(const Options& options) {
-  AblationOptions cracks = options.ablation;
-  if (inflates(options) && options.wall.strength) {
-    if (cracks.strength) {
-      throw Error("wall.strength: given, and ablation.strength too, expected one of them");
-    }
-    cracks.strength = options.wall.strength;
-  }
-  return cracks;
-}
-
-bool has_links_elsewhere(const Options& options) {
-  return std::any_of(options.gas.links.begin(), options.gas.links.end(), [](const auto& link) {
-    return (link.second.from + link.second.to).find('.') != std::string::npos;
-  });
-}
-
-bool gas_is_joined(const Options& options) {
-  return !options.gas.links.empty() || has_holes(options) || any_chamber(options, [](const ChamberOptions& chamber) {
-    return chamber.heat_transfer > 0 || chamber.permeability > 0 || !chamber.inside.empty();
-  });
-}
-
-bool gas_pushes_unevenly(const Options& options) { return options.gas.buoyancy || has_holes(options); }
-
-Eigen::Vector3d gravity_of_gas(const Options& options) {
-  return options.gas.buoyancy ? options.force.gravity : Eigen::Vector3d::Zero();
-}
-
-namespace {
-
 using Predicate = bool (*)(const Options&);
 
 /// Whether fire or cracks can remove elements.
@@ -189,21 +162,6 @@ void describe_sheet(OptionTable& table, Options& options) {
   });
 }
 
-/// Heat and fire, on sheets and on balloons.
-void describe_burning(OptionTable& table, Options& options) {
-  describe(table, options.heat);
-  describe(table, options.combustion);
-  describe(table, options.ablation,
-           {"ablation.strength or wall.strength",
-            [&options] { return options.ablation.strength.has_value() || options.wall.strength.has_value(); }});
-}
-
-/// Gas, in sheets and in balloons.
-void describe_gas(OptionTable& table, Options& options) {
-  describe(table, options.gas);
-  table.add_objects("chambers", options.chambers, "volumes of gas that closed sheets and balloons enclose");
-}
-
 /// A balloon, or a part of one: its options have no effect on a burning sheet.
 void describe_balloon(OptionTable& table, Options& options) {
   table.add_solver_settings([&] { describe(table, options.prism); });
@@ -227,105 +185,6 @@ void choose_chain(OptionTable& table, Options& options) {
     options.chain = ChainKind::inflate;
   }
 }
-
-}  // namespace
-
-void describe(OptionTable& table, Options& options) {
-  const Condition burns = one_of("chain", options.chain, {ChainKind::burn});
-  const Condition balloons = one_of("chain", options.chain, {ChainKind::inflate});
-  const auto when = [&options](const char* words, Predicate holds) {
-    return Condition{words, [&options, holds] { return holds(options); }};
-  };
-  const Condition heats = when(
-      "chain: burn, or for a balloon heat.sources, heat.convection, heat.emissivity, ablation.strength, wall.strength, "
-      "bodies.NAME.temperature, or heat.initial_temperature above combustion.ignition_temperature",
-      [](const Options& of) { return !inflates(of) || balloon_burns(of); });
-  table.add("chain", options.chain,
-            "burn: a sheet of quads that heats, burns and shrinks; inflate: a balloon of triangles, also unless given "
-            "where the first deck has a wall");
-  table.follow_decks([&] { choose_chain(table, options); });
-  describe(table, options.mesh);
-  describe(table, options.sheet);
-  table.add_of_run([&] {
-    table.add("mesh.only", options.mesh_only,
-              "read or generate the mesh, check it, write it with its quality and partition, and end");
-    describe(table, options.time);
-  });
-  table.add_under(burns, [&] { describe_sheet(table, options); });
-  table.add_under(heats, [&] { describe_burning(table, options); });
-  table.add_of_run([&] { describe(table, options.force); });
-  describe_gas(table, options);
-  table.add_under(balloons, [&] { describe_balloon(table, options); });
-  const auto has_bodies = [&options](bool rub) {
-    return (inflates(options) || options.dynamics == Dynamics::elastic) &&
-           std::any_of(options.bodies.begin(), options.bodies.end(),
-                       [rub](const auto& body) { return !rub || body.second.friction > 0; });
-  };
-  describe(table, options.contact, {"", [has_bodies] { return has_bodies(false); }},
-           {"", [has_bodies] { return has_bodies(true); }});
-  table.add_objects("pins", options.pins, "particles that are held, or led along a path");
-  table.add_of_run([&] {
-    table.add_objects("bodies", options.bodies, "solids that sheets and balloons cannot enter");
-    describe(table, options.output);
-    describe(table, options.checkpoint);
-    table.add(
-        "replay", options.replay,
-        Rules().file().not_read_again().needs_value(
-            "a file that -heat_save_system or another option of this kind has written"),
-        "in place of a run, solves the linear system of this file, which -heat_save_system FILE (or -project_red_, "
-        "-elastic_, -prism_, ...) has written, by the solver of -replay_ksp_type, -replay_pc_type and so on");
-    table.add_solver_prefix("replay_");
-    table.add("restart", options.restart,
-              Rules().file().not_read_again().needs_value("the folder of a run, or a checkpoint of it"),
-              "goes on from the newest sound checkpoint of this folder of a run, or from this file");
-    table.add("verify_restart", options.verify_restart,
-              Rules().at_least(0).acts_with(is_positive("checkpoint.keep", options.checkpoint.keep)),
-              "runs so many steps, writes a checkpoint, runs as many more both straight and from the checkpoint, and "
-              "compares the fields; 0: an ordinary run");
-  });
-  const auto a_chamber_of = [&options](const std::string& words, const std::vector<GasLaw>& laws) {
-    return Condition{"a chamber of the law " + words, [&options, laws] { return has_law(options, laws); }};
-  };
-  // A balloon has one layer of particles. An object with gas in it is not renumbered: what has died stays where it is.
-  const std::pair<Condition, std::vector<const char*>> restrictions[]{
-      {heats, {"wall.reference_temperature"}},
-      {one_of("dynamics", options.dynamics, {Dynamics::projection, Dynamics::elastic}),
-       {"ablation.strength", "ablation.strength_texture", "ablation.strength_range", "ablation.char_strength",
-        "ablation.strength_length", "ablation.strength_scatter", "ablation.scatter_length"}},
-      {a_chamber_of("isothermal, adiabatic or pressure", {GasLaw::isothermal, GasLaw::adiabatic, GasLaw::pressure}),
-       {"gas.ambient_pressure"}},
-      {a_chamber_of("isothermal or adiabatic", {GasLaw::isothermal, GasLaw::adiabatic}),
-       {"gas.buoyancy", "gas.molar_mass", "gas.ambient_temperature"}},
-      {balloons, {"gas.tangent"}},
-      {is_given("chambers", options.chambers), {"gas.tangent"}},
-      {one_of("dynamics", options.dynamics, {Dynamics::projection}), {"sheet.layers"}},
-      {burns,
-       {"sheet.layers", "sheet.thickness", "sheet.areal_density", "force.damping", "output.springs",
-        "combustion.corner_factor", "combustion.lattice_factor", "ablation.compact_fraction", "sheet.imbalance_limit"}},
-      {when("chain: inflate or dynamics: elastic",
-            [](const Options& of) { return inflates(of) || of.dynamics == Dynamics::elastic; }),
-       {"combustion.char_stiffness", "time.tolerance"}},
-      {when("chain: inflate, or dynamics: elastic or spring",
-            [](const Options& of) { return inflates(of) || of.dynamics != Dynamics::projection; }),
-       {"time.scheme"}},
-      {one_of("prism.tangent", options.prism.tangent, {ElementTangent::exact}), {"wall.wrinkling"}},
-      {when("no time.arc_length", [](const Options& of) { return !follows_path(of.time); }),
-       {"prism.positive_elements"}},
-      {one_of("time.scheme", options.time.scheme, {TimeScheme::implicit_euler, TimeScheme::generalized_alpha}),
-       {"prism.inertia", "prism.mass_damping", "prism.stiffness_damping"}},
-      {when("contact.self, ablation.loss_mass or ablation.strength",
-            [](const Options& of) { return of.contact.self || removes_elements(of); }),
-       {"sheet.imbalance_limit"}},
-      {when("no chambers", [](const Options& of) { return of.chambers.empty(); }), {"ablation.compact_fraction"}},
-      {when("ablation.loss_mass or ablation.strength", removes_elements), {"ablation.compact_fraction"}}};
-  for (const auto& [condition, keys] : restrictions) {
-    for (const char* key : keys) {
-      table.find_key(key)->acts_with(condition);
-    }
-  }
-}
-
-namespace {
 
 /// Describes the options that cannot be combined: a motion after the balance, or loads that may go back in time, would
 /// contradict another option.
@@ -404,6 +263,143 @@ void name_solvers(Options& options, const std::string& prefix) {
 }
 
 }  // namespace
+
+bool balloon_burns(const Options& options) { return inflates(options) && heats_or_tears(options); }
+
+bool balances_bodies(const Options& options) {
+  return inflates(options) || options.dynamics != Dynamics::projection || options.contact.self;
+}
+
+AblationOptions cracks_of(const Options& options) {
+  AblationOptions cracks = options.ablation;
+  if (inflates(options) && options.wall.strength) {
+    if (cracks.strength) {
+      throw Error("wall.strength: given, and ablation.strength too, expected one of them");
+    }
+    cracks.strength = options.wall.strength;
+  }
+  return cracks;
+}
+
+bool has_links_elsewhere(const Options& options) {
+  return std::any_of(options.gas.links.begin(), options.gas.links.end(), [](const auto& link) {
+    return (link.second.from + link.second.to).find('.') != std::string::npos;
+  });
+}
+
+bool gas_is_joined(const Options& options) {
+  return !options.gas.links.empty() || has_holes(options) || any_chamber(options, [](const ChamberOptions& chamber) {
+    return chamber.heat_transfer > 0 || chamber.permeability > 0 || !chamber.inside.empty();
+  });
+}
+
+bool gas_pushes_unevenly(const Options& options) { return options.gas.buoyancy || has_holes(options); }
+
+Eigen::Vector3d gravity_of_gas(const Options& options) {
+  return options.gas.buoyancy ? options.force.gravity : Eigen::Vector3d::Zero();
+}
+
+void describe(OptionTable& table, Options& options) {
+  const Condition burns = one_of("chain", options.chain, {ChainKind::burn});
+  const Condition balloons = one_of("chain", options.chain, {ChainKind::inflate});
+  const auto when = [&options](const char* words, Predicate holds) {
+    return Condition{words, [&options, holds] { return holds(options); }};
+  };
+  const Condition heats = when(
+      "chain: burn, or for a balloon heat.sources, heat.convection, heat.emissivity, ablation.strength, wall.strength, "
+      "bodies.NAME.temperature, or heat.initial_temperature above combustion.ignition_temperature",
+      [](const Options& of) { return !inflates(of) || balloon_burns(of); });
+  table.add("chain", options.chain,
+            "burn: a sheet of quads that heats, burns and shrinks; inflate: a balloon of triangles, also unless given "
+            "where the first deck has a wall");
+  table.follow_decks([&] { choose_chain(table, options); });
+  describe(table, options.mesh);
+  describe(table, options.sheet);
+  table.add_of_run([&] {
+    table.add("mesh.only", options.mesh_only,
+              "read or generate the mesh, check it, write it with its quality and partition, and end");
+    describe(table, options.time);
+  });
+  table.add_under(burns, [&] { describe_sheet(table, options); });
+  table.add_under(heats, [&] {
+    describe(table, options.heat);
+    describe(table, options.combustion);
+    describe(table, options.ablation, when("ablation.strength or wall.strength", [](const Options& of) {
+               return of.ablation.strength || of.wall.strength;
+             }));
+  });
+  table.add_of_run([&] { describe(table, options.force); });
+  describe(table, options.gas);
+  table.add_objects("chambers", options.chambers, "volumes of gas that closed sheets and balloons enclose");
+  table.add_under(balloons, [&] { describe_balloon(table, options); });
+  const auto has_bodies = [&options](bool rub) {
+    return (inflates(options) || options.dynamics == Dynamics::elastic) &&
+           std::any_of(options.bodies.begin(), options.bodies.end(),
+                       [rub](const auto& body) { return !rub || body.second.friction > 0; });
+  };
+  describe(table, options.contact, {"", [has_bodies] { return has_bodies(false); }},
+           {"", [has_bodies] { return has_bodies(true); }});
+  table.add_objects("pins", options.pins, "particles that are held, or led along a path");
+  table.add_of_run([&] {
+    table.add_objects("bodies", options.bodies, "solids that sheets and balloons cannot enter");
+    describe(table, options.output);
+    describe(table, options.checkpoint);
+    table.add(
+        "replay", options.replay,
+        Rules().file().not_read_again().needs_value(
+            "a file that -heat_save_system or another option of this kind has written"),
+        "in place of a run, solves the linear system of this file, which -heat_save_system FILE (or -project_red_, "
+        "-elastic_, -prism_, ...) has written, by the solver of -replay_ksp_type, -replay_pc_type and so on");
+    table.add_solver_prefix("replay_");
+    table.add("restart", options.restart,
+              Rules().file().not_read_again().needs_value("the folder of a run, or a checkpoint of it"),
+              "goes on from the newest sound checkpoint of this folder of a run, or from this file");
+    table.add("verify_restart", options.verify_restart,
+              Rules().at_least(0).acts_with(is_positive("checkpoint.keep", options.checkpoint.keep)),
+              "runs so many steps, writes a checkpoint, runs as many more both straight and from the checkpoint, and "
+              "compares the fields; 0: an ordinary run");
+  });
+  const auto a_chamber_of = [&options](const std::string& words, const std::vector<GasLaw>& laws) {
+    return Condition{"a chamber of the law " + words, [&options, laws] { return has_law(options, laws); }};
+  };
+  // A balloon has one layer of particles. An object with gas in it is not renumbered: what has died stays where it is.
+  const std::pair<Condition, std::vector<const char*>> restrictions[]{
+      {heats, {"wall.reference_temperature"}},
+      {one_of("dynamics", options.dynamics, {Dynamics::projection, Dynamics::elastic}),
+       {"ablation.strength", "ablation.strength_texture", "ablation.strength_range", "ablation.char_strength",
+        "ablation.strength_length", "ablation.strength_scatter", "ablation.scatter_length"}},
+      {a_chamber_of("isothermal, adiabatic or pressure", {GasLaw::isothermal, GasLaw::adiabatic, GasLaw::pressure}),
+       {"gas.ambient_pressure"}},
+      {a_chamber_of("isothermal or adiabatic", {GasLaw::isothermal, GasLaw::adiabatic}),
+       {"gas.buoyancy", "gas.molar_mass", "gas.ambient_temperature"}},
+      {balloons, {"gas.tangent"}},
+      {is_given("chambers", options.chambers), {"gas.tangent"}},
+      {one_of("dynamics", options.dynamics, {Dynamics::projection}), {"sheet.layers"}},
+      {burns,
+       {"sheet.layers", "sheet.thickness", "sheet.areal_density", "force.damping", "output.springs",
+        "combustion.corner_factor", "combustion.lattice_factor", "ablation.compact_fraction", "sheet.imbalance_limit"}},
+      {when("chain: inflate or dynamics: elastic",
+            [](const Options& of) { return inflates(of) || of.dynamics == Dynamics::elastic; }),
+       {"combustion.char_stiffness", "time.tolerance"}},
+      {when("chain: inflate, or dynamics: elastic or spring",
+            [](const Options& of) { return inflates(of) || of.dynamics != Dynamics::projection; }),
+       {"time.scheme"}},
+      {one_of("prism.tangent", options.prism.tangent, {ElementTangent::exact}), {"wall.wrinkling"}},
+      {when("no time.arc_length", [](const Options& of) { return !follows_path(of.time); }),
+       {"prism.positive_elements"}},
+      {one_of("time.scheme", options.time.scheme, {TimeScheme::implicit_euler, TimeScheme::generalized_alpha}),
+       {"prism.inertia", "prism.mass_damping", "prism.stiffness_damping"}},
+      {when("contact.self, ablation.loss_mass or ablation.strength",
+            [](const Options& of) { return of.contact.self || removes_elements(of); }),
+       {"sheet.imbalance_limit"}},
+      {when("no chambers", [](const Options& of) { return of.chambers.empty(); }), {"ablation.compact_fraction"}},
+      {when("ablation.loss_mass or ablation.strength", removes_elements), {"ablation.compact_fraction"}}};
+  for (const auto& [condition, keys] : restrictions) {
+    for (const char* key : keys) {
+      table.find_key(key)->acts_with(condition);
+    }
+  }
+}
 
 void require_possible(const Options& options) {
   OptionTable table;

@@ -26,7 +26,6 @@
 #include "prism/prism_options.h"
 #include "projection/project_options.h"
 #include "surface/sheet_options.h"
-#include "world/checkpoint_options.h"
 
 namespace pellicle::world {
 
@@ -60,6 +59,24 @@ struct ForceOptions {
 };
 
 void describe(OptionTable& table, ForceOptions& options);
+
+/// When the state of a run is kept.
+struct CheckpointOptions {
+  int interval_steps = 0;  ///< steps between checkpoints; 0: only the wall clock counts
+  /// Wall-clock time between checkpoints [s]; 0: only steps count; none: see wall_interval.
+  std::optional<double> interval_wall;
+  int keep = 2;  ///< how many are kept, the newest ones; 0: none is written
+
+  /// Wall-clock time after which the next checkpoint is due [s]. Unless it is given: 30 s for the first one, so that a
+  /// short run has one; afterwards a twentieth of the run's time, so that at most so much of it is done again, but no
+  /// less than 3 min, so that writing them takes next to nothing of it.
+  /// @param elapsed wall-clock time since the run began [s] @param is_first whether it has written none
+  double wall_interval(double elapsed, bool is_first) const {
+    return interval_wall.value_or(is_first ? 30 : std::max(180.0, elapsed / 20));
+  }
+};
+
+void describe(OptionTable& table, CheckpointOptions& options);
 
 enum class ChainKind { burn, inflate };
 inline std::vector<std::string> names_of(ChainKind) { return {"burn", "inflate"}; }

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <map>
-#include <optional>
 #include <utility>
 
 #include "base/units.h"
@@ -68,17 +67,15 @@ NewtonOptions newton_of(const Options& options) {
 
 /// @throws Error when the forces on linked objects are in balance at different times in a step
 void require_same_moment(const NamedOptions& first, const NamedOptions& other) {
-  const auto radius = [](const Options& options) {  // of generalized alpha
-    const bool is_alpha = options.time.scheme == TimeScheme::generalized_alpha;
-    return is_alpha ? std::optional(options.time.spectral_radius) : std::nullopt;
+  const auto moment = [](const NamedOptions& object) {
+    const TimeOptions& time = object.options.time;
+    return time.scheme == TimeScheme::generalized_alpha
+               ? "generalized_alpha of spectral radius " + number_text(time.spectral_radius)
+               : "implicit_euler";
   };
-  const auto words = [&](const NamedOptions& object) {
-    const std::optional<double> of_object = radius(object.options);
-    return of_object ? "generalized_alpha of spectral radius " + number_text(*of_object) : "implicit_euler";
-  };
-  if (radius(first.options) != radius(other.options)) {
-    throw Error(other.name + ": time.scheme: " + words(other) + ", expected " + words(first) + " as of " + first.name +
-                ", to whose chambers its own are linked");
+  if (moment(first) != moment(other)) {
+    throw Error(other.name + ": time.scheme: " + moment(other) + ", expected " + moment(first) + " as of " +
+                first.name + ", to whose chambers its own are linked");
   }
 }
 
@@ -113,26 +110,55 @@ bool same(const LinkOptions& a, const LinkOptions& b) {
          a.one_way == b.one_way && a.flow == b.flow && a.temperature == b.temperature;
 }
 
+/// The plan of the group of several objects.
+GroupPlan plan_together(const std::deque<NamedOptions>& objects, std::vector<std::size_t> members) {
+  // The first of the members for which something holds; null: none does.
+  const auto first_that = [&](const auto& holds) {
+    const auto found =
+        std::find_if(members.begin(), members.end(), [&](std::size_t i) { return holds(objects[i].options); });
+    return found == members.end() ? nullptr : &objects[*found];
+  };
+  const NamedOptions* const touching = first_that([](const Options& options) { return options.contact.self; });
+  const NamedOptions* const balloon =
+      first_that([](const Options& options) { return options.chain == ChainKind::inflate; });
+  const NamedOptions* const balanced = first_that(can_balance);
+  const NamedOptions& first = touching != nullptr ? *touching : objects[members.front()];
+  const NamedOptions& solving = balloon != nullptr ? *balloon : balanced != nullptr ? *balanced : first;
+  GroupPlan plan{std::move(members), first.options.contact, newton_of(solving.options)};
+  plan.newton.newton = NewtonEnd::converged;
+  plan.newton.far = FarTangent::exact;
+  if (plan.newton.max_iterations == 0) {
+    plan.newton.max_iterations = most_iterations_of_contact;
+  }
+  for (const std::size_t i : plan.objects) {
+    const Options& options = objects[i].options;
+    if (options.contact.self) {
+      require_alike(first, objects[i]);
+      plan.contact.check = plan.contact.check || options.contact.check;
+    }
+    if (options.chain == ChainKind::burn && !(balloon != nullptr && plan.newton.ksp_rtol)) {
+      plan.newton.ksp_rtol = rtol_of_sheets;
+    }
+  }
+  return plan;
+}
+
 /// The groups of the objects of a plan, which have their links.
 std::vector<GroupPlan> plan_groups(const std::deque<NamedOptions>& objects) {
   const auto touching = std::count_if(objects.begin(), objects.end(),
                                       [](const NamedOptions& object) { return object.options.contact.self; });
   std::vector<GroupPlan> plans;
-  std::vector<const NamedOptions*> members;
+  std::vector<std::size_t> members;
   const NamedOptions* first_linked = nullptr;
-  GroupPlan coupled;
   for (std::size_t i = 0; i < objects.size(); ++i) {
     const Options& options = objects[i].options;
     const bool is_linked = has_links_elsewhere(options);
     const bool touches_others = options.contact.self && touching > 1;
     if (!is_linked && !touches_others) {
-      plans.push_back(plan_of(objects[i].name, options, i));
+      plans.push_back(plan_of(options, i));
       continue;
     }
-    members.push_back(&objects[i]);
-    coupled.objects.push_back(i);
-    coupled.names.push_back(objects[i].name);
-    coupled.touches.push_back(options.contact.self);
+    members.push_back(i);
     if (follows_path(options.time)) {
       throw Error(objects[i].name +
                   ": time.arc_length: does not go with objects that touch or are linked, expected none");
@@ -148,50 +174,17 @@ std::vector<GroupPlan> plan_groups(const std::deque<NamedOptions>& objects) {
       }
     }
   }
-  if (members.empty()) {
-    return plans;
-  }
   if (members.size() == 1) {
-    plans.push_back(plan_of(coupled.names.front(), members.front()->options, coupled.objects.front()));
-    return plans;
+    plans.push_back(plan_of(objects[members.front()].options, members.front()));
+  } else if (!members.empty()) {
+    plans.push_back(plan_together(objects, std::move(members)));
   }
-  const auto first_that_touches = std::find(coupled.touches.begin(), coupled.touches.end(), true);
-  const NamedOptions& first = first_that_touches == coupled.touches.end()
-                                  ? *members.front()
-                                  : *members[first_that_touches - coupled.touches.begin()];
-  coupled.contact = first.options.contact;
-  const auto find = [&members](const auto& is_one) {
-    return std::find_if(members.begin(), members.end(),
-                        [&is_one](const NamedOptions* object) { return is_one(object->options); });
-  };
-  const auto balloon = find([](const Options& options) { return options.chain == ChainKind::inflate; });
-  const auto sheet = find([](const Options& options) { return can_balance(options); });
-  const NamedOptions& solving = balloon != members.end() ? **balloon : sheet != members.end() ? **sheet : first;
-  coupled.newton = newton_of(solving.options);
-  coupled.newton.newton = NewtonEnd::converged;
-  coupled.newton.far = FarTangent::exact;
-  if (coupled.newton.max_iterations == 0) {
-    coupled.newton.max_iterations = most_iterations_of_contact;
-  }
-  for (std::size_t i = 0; i < members.size(); ++i) {
-    const Options& options = members[i]->options;
-    if (coupled.touches[i]) {
-      require_alike(first, *members[i]);
-      coupled.contact.check = coupled.contact.check || options.contact.check;
-    }
-    if (options.chain == ChainKind::burn && !(balloon != members.end() && coupled.newton.ksp_rtol)) {
-      coupled.newton.ksp_rtol = rtol_of_sheets;
-    }
-  }
-  plans.push_back(std::move(coupled));
   return plans;
 }
 
 }  // namespace
 
-GroupPlan plan_of(const std::string& name, const Options& options, std::size_t place) {
-  return {{place}, {name}, {options.contact.self}, options.contact, newton_of(options)};
-}
+GroupPlan plan_of(const Options& options, std::size_t place) { return {{place}, options.contact, newton_of(options)}; }
 
 RunPlan plan_run(std::deque<NamedOptions> objects) {
   for (const NamedOptions& object : objects) {
@@ -208,8 +201,12 @@ std::vector<std::string> RunPlan::lines() const {
   std::vector<std::string> lines;
   for (const GroupPlan& group : groups) {
     if (!group.is_single()) {
-      lines.push_back(fmt::format("{}: {}, one balance a step", fmt::join(group.names, ", "),
-                                  group.any_touches() ? "touch each other" : "are linked"));
+      std::vector<std::string> names;
+      for (const std::size_t i : group.objects) {
+        names.push_back(objects[i].name);
+      }
+      lines.push_back(fmt::format("{}: {}, one balance a step", fmt::join(names, ", "),
+                                  group.contact.self ? "touch each other" : "are linked"));
     }
   }
   return lines;

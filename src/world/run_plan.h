@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <deque>
 #include <string>
 #include <vector>
@@ -16,12 +15,9 @@ namespace pellicle::world {
 /// their chambers are linked, and how that is done. An object that does neither is a group of its own.
 struct GroupPlan {
   std::vector<std::size_t> objects;  ///< which, by their places in the run
-  std::vector<std::string> names;    ///< of them
-  std::vector<bool> touches;         ///< whether they touch themselves and each other
-  ContactOptions contact;
+  ContactOptions contact;            ///< `self`: whether those of them that have it touch themselves and each other
   NewtonOptions newton;
 
-  bool any_touches() const { return std::find(touches.begin(), touches.end(), true) != touches.end(); }
   bool is_single() const { return objects.size() == 1; }
 };
 
@@ -42,7 +38,7 @@ struct RunPlan {
 RunPlan plan_run(std::deque<NamedOptions> objects);
 
 /// The plan of the group of a single object. @param place of the object in the run
-GroupPlan plan_of(const std::string& name, const Options& options, std::size_t place = 0);
+GroupPlan plan_of(const Options& options, std::size_t place = 0);
 
 /// Gives every link of a run to the objects whose chambers it joins, and to no others. An end is a chamber of the
 /// object in whose options the link is, or OBJECT.CHAMBER, or the ambient air; afterwards only ends in another object

@@ -31,13 +31,12 @@ std::string ids_of(const std::string& group) { return group + "/mesh/first_latti
 /// See make_sheet_chain.
 class SheetChain : public Chain {
  public:
-  using Chain::Chain;
-
-  std::vector<std::string> clock_names() const override {
-    return {"heat", "combustion", "ablation", "external force", "projection", "velocity", "compaction", "output"};
-  }
-  std::string renumbering() const override { return "compaction"; }
-  std::string words_of_end() const override { return "the sheet has burnt away"; }
+  explicit SheetChain(const Options& options)
+      : Chain(options,
+              {{"heat", "combustion", "ablation", "external force", "projection", "velocity", "compaction", "output"},
+               "compaction",
+               "the sheet has burnt away",
+               "sheet"}) {}
 
   std::vector<std::string> lines(const Surface& surface) const override {
     const Sheet& sheet = sheet_of(surface);
@@ -54,7 +53,6 @@ class SheetChain : public Chain {
   std::shared_ptr<const Surface> make_surface(MPI_Comm comm, MeshRows rows) const override {
     return std::make_shared<Sheet>(make_sheet(comm, std::move(rows), shell_options(options_)));
   }
-  std::string group() const override { return "sheet"; }
 
   std::shared_ptr<const Surface> read_surface(const Hdf5File& checkpoint, const std::string& group) const override {
     const std::vector<PetscInt> ids = checkpoint.read_all<PetscInt>(ids_of(group));
@@ -70,15 +68,6 @@ class SheetChain : public Chain {
     checkpoint.write_once<PetscInt>(ids_of(group), {sheet.first_lattice_id, sheet.id_end});
   }
 
-  /// The id of a quad is that of its lattice particle.
-  std::vector<PetscInt> element_ids(const Surface& surface) const override {
-    std::vector<PetscInt> ids;
-    for (const PetscInt lattice : surface.lattice) {
-      ids.push_back(surface.persistent_id[lattice]);
-    }
-    return ids;
-  }
-
   MovedSurface split(const Surface& surface, const SplitCorners& corners, const Records& particles,
                      const Records& copies, const Records& elements) const override {
     return moved(pellicle::split(sheet_of(surface), corners, particles, copies, elements, shell_options(options_)));
@@ -92,8 +81,8 @@ class SheetChain : public Chain {
     if (static_cast<double>(before - left) <= options_.ablation.compact_fraction * static_cast<double>(before)) {
       return {};
     }
-    return moved(pellicle::compact(sheet_of(surface), kept, packed(state, Item::particle, surface.particles.owned),
-                                   packed(state, Item::cell, surface.elements.owned), shell_options(options_)));
+    return moved(pellicle::compact(sheet_of(surface), kept, state.packed(Item::particle), state.packed(Item::cell),
+                                   shell_options(options_)));
   }
 
   std::optional<MovedSurface> spread(const Surface& surface, const State& state,
@@ -107,8 +96,8 @@ class SheetChain : public Chain {
     if (shares.sum <= surface.elements.global || shares.imbalance <= options_.sheet.imbalance_limit) {
       return {};
     }
-    return moved(pellicle::spread(sheet_of(surface), load, packed(state, Item::particle, surface.particles.owned),
-                                  packed(state, Item::cell, surface.elements.owned), shell_options(options_)));
+    return moved(pellicle::spread(sheet_of(surface), load, state.packed(Item::particle), state.packed(Item::cell),
+                                  shell_options(options_)));
   }
 
   std::unique_ptr<State> initial_state(const Surface& surface) const override {
@@ -127,29 +116,22 @@ class SheetChain : public Chain {
 
   Stages make_stages(const Surface& surface, State& state, StageClock& clock, Textures& textures) const override {
     Stages stages;
-    std::unique_ptr<GasStage> gas;
     if (!options_.chambers.empty()) {
       const bool is_projected = options_.dynamics == Dynamics::projection;
-      gas = std::make_unique<GasStage>(surface, options_, state,
-                                       is_projected ? TimeIntegrator() : integrator_of(options_.time));
+      stages.gas = &stages.add<GasStage>(surface, options_, state,
+                                         is_projected ? TimeIntegrator() : integrator_of(options_.time));
     }
-    std::unique_ptr<SheetMotion> motion =
-        make_sheet_motion(sheet_of(surface), options_, state, clock, textures, gas.get());
-    SheetMotion& sheet_motion = *motion;
-    stages.gas = gas.get();
-    stages.motion = motion.get();
-    stages.add<HeatStage>(surface, options_, state, clock, textures);
-    stages.add<CombustionStage>(surface, options_, state, clock, textures);
-    stages.add<ShrinkageStage>(sheet_motion, clock);
-    stages.add<AblationStage>(surface, options_, state, clock);
-    if (gas != nullptr) {
-      stages.all.push_back(std::move(gas));
-    }
-    stages.all.push_back(std::move(motion));
+    SheetMotion& motion =
+        stages.add(make_sheet_motion(sheet_of(surface), options_, state, clock, textures, stages.gas));
+    stages.motion = &motion;
+    stages.add_before_motion(std::make_unique<HeatStage>(surface, options_, state, clock, textures));
+    stages.add_before_motion(std::make_unique<CombustionStage>(surface, options_, state, clock, textures));
+    stages.add_before_motion(std::make_unique<ShrinkageStage>(motion, clock));
+    stages.add_before_motion(std::make_unique<AblationStage>(surface, options_, state, clock));
     if (cracks_of(options_).strength) {
-      stages.add<CrackStage>(surface, options_, state, clock, textures, sheet_motion);
+      stages.add<CrackStage>(surface, options_, state, clock, textures, motion);
     }
-    stages.add<StrainStage>(state, sheet_motion);
+    stages.add<StrainStage>(state, motion);
     stages.add<HeatBalanceStage>(surface, options_, state, clock);
     return stages;
   }

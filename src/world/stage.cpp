@@ -1,20 +1,8 @@
 #include "world/stage.h"
 
-#include <algorithm>
-#include <stdexcept>
-
 #include "ablation/cut_surface.h"
 
 namespace pellicle::world {
-
-double Report::at(const std::string& name) const {
-  const auto found = std::find_if(columns_.begin(), columns_.end(),
-                                  [&name](const History::Column& column) { return column.name == name; });
-  if (found == columns_.end()) {
-    throw std::logic_error("no number of the name " + name);
-  }
-  return values_[static_cast<std::size_t>(found - columns_.begin())];
-}
 
 const Frame& Picture::frame(const Surface& surface, const State& state, std::optional<Drawing>& whole) {
   if (cut_) {

@@ -1,6 +1,9 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <deque>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -71,8 +74,6 @@ class Report {
   }
   const std::vector<History::Column>& columns() const { return columns_; }
   const std::vector<double>& values() const { return values_; }
-  /// @throws std::logic_error if there is no such number
-  double at(const std::string& name) const;
 
  private:
   std::vector<History::Column> columns_;
@@ -152,6 +153,23 @@ class Stage {
   /// Lines about the run as a whole for the end of the log, such as the largest strain.
   virtual std::vector<std::string> remarks() const { return {}; }
 };
+
+/// Makes a stage of a program of one's own (Object::add_stage), now and whenever the surface has been numbered anew.
+/// Surface and state outlive the stage.
+using StageMaker = std::function<std::unique_ptr<Stage>(const Surface& surface, State& state)>;
+
+/// The acceleration [m/s^2] of a particle at a place [m] that moves with a velocity [m/s], at a time [s].
+using Acceleration =
+    std::function<Eigen::Vector3d(const Eigen::Vector3d& place, const Eigen::Vector3d& velocity, double time)>;
+/// Heat by mass and time that something gets at a place [m] at a time [s]; negative: that it loses [W/kg].
+using Heating = std::function<double(const Eigen::Vector3d& place, double time)>;
+
+/// A stage that accelerates all particles at the beginning of a step: it adds h times the acceleration to the
+/// velocities, from which the balance goes on. Steps of statics have no velocities and ignore it.
+StageMaker accelerating(Acceleration acceleration);
+/// A stage that heats all particles at the beginning of a step; the heat is in the balance of heat.
+/// @param capacity c of the object, HeatOptions::capacity [J/(kg K)] @throws Error if the object has no temperatures
+StageMaker heating(Heating power, double capacity);
 
 /// The stage that moves an object. Between begin and end an Equilibrium finds the balance.
 class MotionStage : public Stage, public Motion {

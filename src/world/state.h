@@ -2,14 +2,15 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "combustion/combustion.h"
 #include "gas/gas_exchange.h"
-#include "parallel/records.h"
 #include "state/field_registry.h"
+#include "surface/active_set.h"
+#include "surface/pieces.h"
 #include "surface/surface.h"
-#include "world/burning_fields.h"
 #include "world/options.h"
 
 namespace pellicle::world {
@@ -40,14 +41,53 @@ enum class StepRecord {
 };
 constexpr int kinds_of_step_record = 7;
 
+/// The course of a fire so far: entries of BurningFields::fire_record.
+enum class FireRecord {
+  burnt,         ///< fraction of the initial mass
+  last_time,     ///< time of the last step in which mass was lost [s]; -1: there has been none
+  present_time,  ///< time of the last step [s]
+  hottest        ///< the highest temperature so far [K]
+};
+constexpr int kinds_of_fire_record = 4;
+
 /// An entry of a vector of works [J] or of a record.
-template <class Kind>
-double& of(Eigen::VectorXd& numbers, Kind kind) {
+template <class Numbers, class Kind>
+auto& of(Numbers& numbers, Kind kind) {
   return numbers[static_cast<Eigen::Index>(kind)];
 }
 
-/// The state of an object: the fields of its stages, in one registry. Ghosts are up to date
-/// between steps. After a failed step the state is restored by assigning a copy of the registry.
+/// The fields of a surface that heats, burns and is cut.
+struct BurningFields {
+  /// Everything lives and has its initial mass; temperatures and pieces are not set yet. The registry must outlive
+  /// it. Collective.
+  BurningFields(FieldRegistry& registry, const Surface& surface);
+
+  FieldRegistry& registry;  ///< of the state, in which they are declared
+  Field& temperature = registry.add<Field>({"temperature", "K", Item::particle, Drawn::of_both_layers});
+  /// 0: the particle has been removed from the surface.
+  Field& mass = registry.add<Field>({"mass", "kg", Item::particle, Drawn::no, false, true});
+  /// Of the last step, at most 0.
+  Field& mass_change = registry.add<Field>({"mass_change", "kg", Item::particle, Drawn::no, false, true});
+  Pieces& pieces = registry.own<Pieces>();
+  /// When each local element began to burn away; -1: not yet.
+  std::vector<double>& burn_time = registry.add<std::vector<double>>({"burn_time", "s", Item::cell, Drawn::yes});
+  ActiveSet& active;
+  /// Since the beginning, by the owned particles, with what was left when they left.
+  double& mass_burnt = registry.add<double>({"mass_burnt", "kg", Item::sum});
+  // Since the beginning, each side counted by the rank that had it.
+  double& cracked_sides = registry.add<double>({"cracked_sides", "", Item::sum});
+  double& crack_length = registry.add<double>({"crack_length", "m", Item::sum});  ///< undeformed
+  // Heat ledger, of the owned particles: the content is initial + in - out + made.
+  double& heat_initial = registry.add<double>({"heat_initial", "J", Item::sum});  ///< by those owned at the beginning
+  double& heat_in = registry.add<double>({"heat_in", "J", Item::sum});  ///< from sources, burning, warmer surroundings
+  double& heat_out = registry.add<double>({"heat_out", "J", Item::sum});    ///< to cooler ones and with what burnt
+  double& heat_made = registry.add<double>({"heat_made", "J", Item::sum});  ///< by conduction that does not conserve it
+  /// Numbers for remarks at the end of a run, by FireRecord.
+  Eigen::VectorXd& fire_record = registry.add<Eigen::VectorXd>({"fire_record", "", Item::object}, kinds_of_fire_record);
+};
+
+/// The state of an object: the fields of its stages, in one registry. Ghosts are up to date between steps. After a
+/// failed step the state is restored by assigning a copy of the registry.
 struct State : FieldRegistry {
   /// At rest in the undeformed shape, with the fields that every object has and those of the stages that the options
   /// ask for. Target lengths of springs are the undeformed ones, thickness ratios 1; nothing is pinned or chosen, and
@@ -93,14 +133,24 @@ struct State : FieldRegistry {
   double time_of_loads() const { return load_time != nullptr ? *load_time : time; }
   /// Flags of the surface triangles that have not burnt away; null: nothing burns.
   const std::vector<bool>* active_triangles() const { return burning ? &burning->active.triangles : nullptr; }
-  /// Whether nothing is left of the object.
-  bool is_gone() const { return burning && burning->pieces.present.empty(); }
 };
 
 /// The kinetic energy of an object [J]. Collective. @param mass of the owned particles [kg]
 double kinetic_energy(const Surface& surface, const double* mass, const Field& velocity);
 
-/// The records of the owned items of a state, on the way to the same object on a new surface.
-Records packed(const FieldRegistry& state, Item item, PetscInt owned);
+/// Tells in words of something that would move, or turn, so far in the next step that neither contact nor a balance of
+/// forces could follow: a vertex by its velocity, gravity or the wind, or pins and bodies that a deck leads along a
+/// path. Empty: nothing does. Collective.
+/// @param state at the start of the step @param h its length [s]
+std::string beyond_reach(const Options& options, const Surface& surface, const State& state, double h);
+
+/// Looks in a state for the results of overflow, or of a solver that diverged. Collective.
+/// @returns "the velocity is not finite" for the first field of which some rank holds such a number; "" if there is
+/// none
+std::string non_finite(MPI_Comm comm, const FieldRegistry& state);
+
+/// Sets values of a state that are not finite to 0, so that it can be drawn. Collective. @returns whether there were
+/// any
+bool make_finite(MPI_Comm comm, const FieldRegistry& state);
 
 }  // namespace pellicle::world

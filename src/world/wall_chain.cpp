@@ -36,23 +36,18 @@ std::shared_ptr<const Surface> burnable(Membrane membrane, const Options& option
 /// See make_wall_chain.
 class WallChain : public Chain {
  public:
-  using Chain::Chain;
-
-  std::vector<std::string> clock_names() const override {
-    if (balloon_burns(options_)) {
-      return {"heat", "combustion", "ablation", "implicit step", "velocity", "output"};
-    }
-    return {"implicit step", "volume preservation", "velocity", "output"};
-  }
-  std::string renumbering() const override { return "ablation"; }
-  std::string words_of_end() const override { return "the wall has burnt away"; }
+  explicit WallChain(const Options& options)
+      : Chain(options,
+              {balloon_burns(options)
+                   ? std::vector<std::string>{"heat", "combustion", "ablation", "implicit step", "velocity", "output"}
+                   : std::vector<std::string>{"implicit step", "volume preservation", "velocity", "output"},
+               "ablation", "the wall has burnt away", "balloon"}) {}
 
   std::vector<std::string> lines(const Surface& surface) const override { return {partition_line(surface)}; }
 
   std::shared_ptr<const Surface> make_surface(MPI_Comm comm, MeshRows rows) const override {
     return burnable(make_membrane(comm, std::move(rows), options_.sheet).membrane, options_);
   }
-  std::string group() const override { return "balloon"; }
 
   std::shared_ptr<const Surface> read_surface(const Hdf5File& checkpoint, const std::string& group) const override {
     return make_surface(checkpoint.comm(), read_mesh(checkpoint, group + "/mesh"));
@@ -61,8 +56,6 @@ class WallChain : public Chain {
   void write_surface(Hdf5File& checkpoint, const std::string& group, const Surface& surface) const override {
     write_mesh(checkpoint, group + "/mesh", rows_of(membrane_of(surface), {}, {}));
   }
-
-  std::vector<PetscInt> element_ids(const Surface& surface) const override { return surface.element_id; }
 
   MovedSurface split(const Surface& surface, const SplitCorners& corners, const Records& particles,
                      const Records& copies, const Records& elements) const override {

@@ -108,19 +108,8 @@ void World::keep() {
 
 StepResult World::advance(double h) {
   StepResult all;
-  for (const std::unique_ptr<Group>& group : groups_) {
-    const StepResult result = group->advance(h);
-    all.iterations += result.iterations;
-    all.newton_iterations += result.newton_iterations;
-    all.converged = result.converged;
-    all.reason = result.reason;
-    all.figures += (all.figures.empty() || result.figures.empty() ? "" : ", ") + result.figures;
-    if (result.step_error) {
-      all.step_error = std::max(*result.step_error, all.step_error.value_or(0));
-    }
-    if (!all.converged) {
-      break;
-    }
+  for (auto group = groups_.begin(); all.converged && group != groups_.end(); ++group) {
+    (*group)->advance(h, all);
   }
   return all;
 }

@@ -18,7 +18,7 @@ namespace pellicle::world {
 /// nothing. All calls are collective over the communicator of the objects.
 class World {
  public:
-  /// @param objects at least one, with the names by which the groups know them @param groups each object in one of them
+  /// @param objects at least one @param groups each object in one of them
   /// @throws Error on links between objects whose gas or air differs, and on surfaces that cross at the start
   World(std::vector<std::unique_ptr<Object>> objects, const std::vector<GroupPlan>& groups);
   /// The objects of a run at time 0, with the meshes that their options name. @throws Error on bad input, as a run does

@@ -77,7 +77,7 @@ TEST_P(AllocationsOfAStep, AreNone) {
   const std::shared_ptr<const Surface> sheet =
       chain->make_surface(PETSC_COMM_WORLD, rows_of(PETSC_COMM_WORLD, grid_mesh(30, 20, 0.05)));
   const std::unique_ptr<State> state = chain->initial_state(*sheet);
-  StageClock clock(chain->clock_names());
+  StageClock clock(chain->words.clock_names);
   Textures textures(PETSC_COMM_WORLD);
   const Stages stages = chain->make_stages(*sheet, *state, clock, textures);
   for (const std::unique_ptr<Stage>& stage : stages.all) {
@@ -87,8 +87,8 @@ TEST_P(AllocationsOfAStep, AreNone) {
     stage->update_derived();
   }
   MotionStage& motion = *stages.motion;
-  const GroupPlan plan = plan_of("", options);
-  Equilibrium equilibrium({{"", &motion, plan.touches[0]}}, plan.contact, plan.newton, clock, motion.stage());
+  const GroupPlan plan = plan_of(options);
+  Equilibrium equilibrium({{"", &motion, plan.contact.self}}, plan.contact, plan.newton, clock, motion.stage());
   const std::array<std::string, 7> names{"heat",   "combustion", "shrinkage",   "ablation",
                                          "motion", "strain",     "heat balance"};
   ASSERT_EQ(stages.all.size(), names.size());

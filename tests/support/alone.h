@@ -3,6 +3,7 @@
 #include <mpi.h>
 
 #include <functional>
+#include <stdexcept>
 #include <string>
 #include <utility>
 
@@ -28,9 +29,9 @@ class Alone {
   /// @param mesh on all ranks, of which rank 0's counts
   Alone(const SurfaceMesh& mesh, Options options, ChainKind chain = ChainKind::burn, MPI_Comm comm = PETSC_COMM_WORLD)
       : object("", of_chain(std::move(options), chain), comm, rows_of(comm, mesh)),
-        plan_(plan_of("", object.options())),
+        plan_(plan_of(object.options())),
         clock_({object.motion().stage()}),
-        equilibrium_({{"", &object.motion(), plan_.touches[0]}}, plan_.contact, plan_.newton, clock_,
+        equilibrium_({{"", &object.motion(), plan_.contact.self}}, plan_.contact, plan_.newton, clock_,
                      object.motion().stage()) {}
 
   /// One step of length h [s].
@@ -66,7 +67,15 @@ class Alone {
   const Membrane& membrane() const { return static_cast<const Membrane&>(object.surface()); }
   const Chambers& chambers() const { return *object.chambers(); }
   /// A number of the history about the last step, by its column. Collective.
-  double figure(const std::string& column) const { return object.report(0, false).at(column); }
+  double figure(const std::string& column) const {
+    const Report report = object.report(0, false);
+    for (std::size_t i = 0; i < report.columns().size(); ++i) {
+      if (report.columns()[i].name == column) {
+        return report.values()[i];
+      }
+    }
+    throw std::logic_error("no number of the name " + column);
+  }
   /// Sums over the owned particles of all ranks. Collective.
   double sum(const std::function<double(PetscInt)>& of) const {
     return sum_of_vectors([&of](PetscInt i) { return Eigen::Vector3d(of(i), 0, 0); }).x();

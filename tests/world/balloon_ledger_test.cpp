@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "meshing/closed_shapes.h"
-#include "run/history_tables.h"
+#include "run/world_output.h"
 #include "tests/io/files.h"
 #include "tests/support/balls.h"
 #include "tests/support/csv.h"

@@ -1,6 +1,8 @@
-#include "world/fire_remarks.h"
-
 #include <gtest/gtest.h>
+
+#include "surface/shell.h"
+#include "tests/support/grid_mesh.h"
+#include "world/fire_stages.h"
 
 namespace pellicle::fire_remarks_test {
 namespace {
@@ -22,6 +24,12 @@ bool has(const std::vector<std::string>& lines, const std::string& words) {
   return lines.size() == 1 && lines.front().find(words) != std::string::npos;
 }
 
+/// The record of a fire at time 0.
+Eigen::VectorXd start_of_fire() {
+  const Sheet sheet = make_sheet(PETSC_COMM_SELF, grid_mesh(1, 1, 1), {});
+  return State(sheet, {}, 0).burning->fire_record;
+}
+
 TEST(FireRemarks, SayHowAFrontGoesAndWhereCellsAreTooLarge) {
   EXPECT_TRUE(has(front_remarks(strip(), 5e-3), "about 0.081 m/s and is 0.012 m wide, 2.5 cells"));
   EXPECT_FALSE(has(front_remarks(strip(), 5e-3), "expected"));
@@ -41,20 +49,20 @@ TEST(FireRemarks, SayNothingOfFrontsThatNothingLightsOrThatDie) {
 }
 
 TEST(FireRemarks, SayWhenFireWentOut) {
-  FireRecord record;
+  Eigen::VectorXd record = start_of_fire();
   for (const auto& [time, burnt] :
        {std::pair(0.0, 0.0), std::pair(1.0, 0.2), std::pair(2.0, 0.3), std::pair(3.0, 0.3)}) {
-    record.note(time, 2 - burnt, burnt, 900);
+    note_fire(record, time, 2 - burnt, burnt, 900);
   }
   EXPECT_TRUE(has(fire_remarks(strip(), record), "it went out at 2 s, when 15 % of the mass had burnt"));
-  record.note(4, 1.6, 0.4, 900);
+  note_fire(record, 4, 1.6, 0.4, 900);
   EXPECT_TRUE(fire_remarks(strip(), record).empty()) << "it burns";
 }
 
 TEST(FireRemarks, SayThatNothingHasCaughtFire) {
-  FireRecord record;
-  record.note(0, 1, 0, 300);
-  record.note(1, 1, 0, 440);
+  Eigen::VectorXd record = start_of_fire();
+  note_fire(record, 0, 1, 0, 300);
+  note_fire(record, 1, 1, 0, 440);
   Options options = strip();
   options.heat.sources["lighter"].temperature = 450;
   EXPECT_TRUE(has(fire_remarks(options, record), "nothing has caught fire; the hottest was 440 K"));

@@ -20,7 +20,7 @@ class WorldOfOne {
   WorldOfOne(const SurfaceMesh& mesh, const Options& options, ChainKind chain, int monitor)
       : own_console_(PETSC_COMM_WORLD, monitor, said_, false),
         own_folder_(options.output),
-        of_one_(only(mesh, of_chain(options, chain)), {plan_of("", of_chain(options, chain))}) {}
+        of_one_(only(mesh, of_chain(options, chain)), {plan_of(of_chain(options, chain))}) {}
 
  protected:
   std::ostringstream said_;

@@ -42,7 +42,7 @@ class OpenedChambers : public ::testing::TestWithParam<ChainKind> {
   World world_of(std::unique_ptr<Object> object) const {
     std::vector<std::unique_ptr<Object>> objects;
     objects.push_back(std::move(object));
-    return {std::move(objects), {plan_of("", options_)}};
+    return {std::move(objects), {plan_of(options_)}};
   }
   void save(const World& world, const std::string& name) const {
     Hdf5File file(PETSC_COMM_WORLD, folder_ / name, Hdf5File::Mode::create);

@@ -11,7 +11,7 @@
 #include "parallel/field_vec.h"
 #include "tests/support/alone.h"
 #include "tests/support/grid_mesh.h"
-#include "world/callbacks.h"
+#include "world/stage.h"
 
 namespace pellicle::own_stage_test {
 namespace {

@@ -1,8 +1,8 @@
-#include "world/state_checks.h"
-
 #include <gtest/gtest.h>
 
 #include <limits>
+
+#include "world/state.h"
 
 namespace pellicle::state_checks_test {
 namespace {

@@ -9,7 +9,7 @@
 #include "base/error.h"
 #include "base/stop_signal.h"
 #include "tests/io/files.h"
-#include "world/checkpoint_options.h"
+#include "world/options.h"
 
 namespace pellicle::step_control_test {
 namespace {
