@@ -222,8 +222,8 @@ std::vector<VertexPair> BodyContact::pattern() const {
   return pairs;
 }
 
-void BodyContact::update_hessian(const Field& x, Curvature curvature) {
-  gap_curvature_share_ = curvature == Curvature::exact ? 1 - psd_blend_ : 0;
+void BodyContact::update_hessian(const Field& x, double psd_blend) {
+  gap_curvature_share_ = 1 - psd_blend;
   std::fill(hessian_.begin(), hessian_.end(), Eigen::Matrix3d::Zero());
   for (std::size_t b = 0; b < bodies().size(); ++b) {
     PetscInt i = 0;

@@ -25,12 +25,6 @@ const Eigen::Matrix3Xd& PartOfPotentials::gradient() {
   return gradient_;
 }
 
-void PartOfPotentials::begin_tangent(double psd_blend) {
-  for (Potential* potential : potentials_) {
-    potential->set_psd_blend(psd_blend);
-  }
-}
-
 void PartOfPotentials::evaluate() {
   if (std::exchange(is_evaluated_, true)) {
     return;

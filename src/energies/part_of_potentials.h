@@ -22,7 +22,6 @@ class PartOfPotentials : public StepPart {
   double value() override;
   const Eigen::Matrix3Xd& gradient() override;
   const std::vector<double>& squared_forces() const override { return squares_; }
-  void begin_tangent(double psd_blend) override;
   double tolerance() const override { return tolerance_; }
   double length_scale() const override { return length_scale_; }
   double force_scale() const override { return force_scale_; }

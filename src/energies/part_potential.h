@@ -17,8 +17,7 @@ class PartPotential : public Potential {
   void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
   std::vector<VertexPair> pattern() const override;
   PetscInt pattern_version() const override { return potential_.pattern_version(); }
-  void update_hessian(const Field& x, Curvature curvature) override { potential_.update_hessian(taken(x), curvature); }
-  void set_psd_blend(double fraction) override { potential_.set_psd_blend(fraction); }
+  void update_hessian(const Field& x, double psd_blend) override { potential_.update_hessian(taken(x), psd_blend); }
   void add_hessian(const HessianBlocks& blocks) const override { potential_.add_hessian(blocks); }
   bool refresh(const Field& x) override { return potential_.refresh(taken(x)); }
   void update_pattern(const Field& x) override { potential_.update_pattern(taken(x)); }

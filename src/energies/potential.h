@@ -10,10 +10,11 @@
 
 namespace pellicle::energies {
 
-/// Kind of second derivative of a potential.
-enum class Curvature {
-  exact,
-  psd  ///< a projection of it that is positive semi-definite whatever the state
+/// Kinds of second derivative of a potential, as ends of the way from one to the other. Potentials that cannot go a
+/// part of it take any number but `psd` for `exact`.
+struct Curvature {
+  static constexpr double exact = 0;
+  static constexpr double psd = 1;  ///< a projection of it that is positive semi-definite whatever the state
 };
 
 /// Way to shorten a step that is too long for some vertices.
@@ -65,11 +66,9 @@ class Potential {
   /// Grows whenever the pattern changes, by as much on every rank. Not collective.
   virtual PetscInt pattern_version() const { return 0; }
 
-  /// Evaluates the Hessian at x, for add_hessian and products.
-  virtual void update_hessian(const Field& x, Curvature curvature) = 0;
-  /// Moves the exact Hessian towards the positive one by this fraction, 0 to 1, from the next update on, if the
-  /// potential supports it. Not collective.
-  virtual void set_psd_blend(double /*share*/) {}
+  /// Evaluates the Hessian at x, for add_hessian and products. @param psd_blend of the way from the exact Hessian to
+  /// the positive one, 0 to 1
+  virtual void update_hessian(const Field& x, double psd_blend) = 0;
   /// Adds the blocks of the last Hessian. Not collective.
   virtual void add_hessian(const HessianBlocks& blocks) const = 0;
 
@@ -90,9 +89,8 @@ class Potential {
   virtual bool limit(const Field& /*x*/, StepLimit /*how*/, Eigen::Ref<Eigen::Matrix3Xd> /*step*/) { return false; }
 
   /// Whether a matrix-free tangent uses this potential's terms or `add_product` instead of its blocks. Not collective.
-  virtual bool multiplies() const { return false; }
-  /// Whether a potential that `multiplies` gives its Hessian by `visit`, not by products; then it couples local
-  /// vertices only. Not collective.
+  virtual bool multiplies() const { return has_terms(); }
+  /// Whether it gives its Hessian by `visit`, not by products; then it couples local vertices only. Not collective.
   virtual bool has_terms() const { return false; }
   /// Adds H w to `result`, both (3 x local); ghosts get only a part of their sum. Not collective.
   virtual void add_product(const double* /*w*/, double* /*result*/) const {}

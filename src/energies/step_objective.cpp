@@ -268,10 +268,7 @@ void StepObjective::update_tangent(LowRankSystem& system, double psd_blend) {
   for (StepPart* part : parts_) {
     part->begin_tangent(psd_blend);
   }
-  for (Potential* potential : between_) {
-    potential->set_psd_blend(psd_blend);
-  }
-  tangent_->update(position_, psd_blend == 1 ? Curvature::psd : Curvature::exact);
+  tangent_->update(position_, psd_blend);
   if (system.count() > 0) {
     system.update(dense_tangent(1 - psd_blend));
   }

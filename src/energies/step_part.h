@@ -55,10 +55,10 @@ class StepPart {
 
   /// Number of columns of the dense second derivative. Not collective.
   virtual int columns() const { return 0; }
-  /// Prepares the second derivatives of the potentials at x. Must be called before they are evaluated.
-  /// @param psd_blend for Potential::set_psd_blend: of the way from the exact tangent, 0, to the positive one, 1; more
+  /// Called before the second derivatives of the potentials at x are evaluated.
+  /// @param psd_blend of the way from the exact tangent, 0, to the positive one, 1 (Potential::update_hessian); more
   /// than 0 and less than 1 only if the part `blends`
-  virtual void begin_tangent(double psd_blend) = 0;
+  virtual void begin_tangent(double /*psd_blend*/) {}
   /// Dense second derivative by the owned vertices, after begin_tangent; empty of parts without columns.
   virtual LowRank dense_tangent() { return {}; }
   /// Whether the exact tangent can be moved towards the positive one by a fraction. Not collective.

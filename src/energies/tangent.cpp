@@ -229,11 +229,12 @@ void Tangent::make_shell() {
   set_matrix_options(matrix_, prefix_);
 }
 
-void Tangent::update(const Field& x, Curvature curvature) {
+void Tangent::update(const Field& x, double psd_blend) {
+  const bool is_positive = psd_blend == Curvature::psd;
   renew_pattern();
   std::fill(rows_.blocks.begin(), rows_.blocks.end(), Eigen::Matrix3d::Zero());
   for (const Part& part : parts_) {
-    part.potential->update_hessian(x, curvature);
+    part.potential->update_hessian(x, psd_blend);
     if (!part.multiplies) {
       part.potential->add_hessian(PlacedBlocks(part.places, rows_.blocks));
     }
@@ -241,9 +242,9 @@ void Tangent::update(const Field& x, Curvature curvature) {
   has_diagonal_ = false;
   definite_ = 0;
   if (!is_shell()) {
-    assemble(curvature);
-  } else if (any_constrained_ || curvature == Curvature::psd) {
-    hold(curvature);
+    assemble(is_positive);
+  } else if (any_constrained_ || is_positive) {
+    hold(is_positive);
   }
   check(MatAssemblyBegin(matrix_, MAT_FINAL_ASSEMBLY));
   check(MatAssemblyEnd(matrix_, MAT_FINAL_ASSEMBLY));
@@ -251,14 +252,14 @@ void Tangent::update(const Field& x, Curvature curvature) {
 
 /// Adds the mean of the diagonal in constrained directions, and `definite_share` of it everywhere to a positive
 /// tangent.
-void Tangent::hold(Curvature curvature) {
+void Tangent::hold(bool is_positive) {
   make_diagonal();
   double sum = 0;
   for (const Eigen::Matrix3d& block : diagonal_) {
     sum += block.trace();
   }
   constrained_ = mean_of_diagonal(sum);
-  definite_ = curvature == Curvature::psd ? definite_share * constrained_ : 0;
+  definite_ = is_positive ? definite_share * constrained_ : 0;
   for (Eigen::Matrix3d& block : diagonal_) {
     block.diagonal().array() += definite_;
   }
@@ -272,12 +273,12 @@ double Tangent::mean_of_diagonal(double own_sum) const {
   return sum > 0 ? sum / static_cast<double>(3 * vertices_.global) : 1;
 }
 
-void Tangent::assemble(Curvature curvature) {
+void Tangent::assemble(bool is_positive) {
   const std::size_t vertices = owned();
   const auto diagonal_block = [&](std::size_t vertex) -> Eigen::Matrix3d& {
     return rows_.blocks[rows_.diagonal[vertex]];
   };
-  if (any_constrained_ || curvature == Curvature::psd) {
+  if (any_constrained_ || is_positive) {
     double trace = 0;
     for (std::size_t i = 0; i < vertices; ++i) {
       for (std::size_t k = rows_.offsets[i]; k < static_cast<std::size_t>(rows_.offsets[i + 1]); ++k) {
@@ -287,7 +288,7 @@ void Tangent::assemble(Curvature curvature) {
       trace += diagonal_block(i).trace();
     }
     const double constrained = mean_of_diagonal(trace);
-    for (std::size_t i = 0; curvature == Curvature::psd && i < vertices; ++i) {
+    for (std::size_t i = 0; is_positive && i < vertices; ++i) {
       diagonal_block(i) += definite_share * constrained * projectors_[i];
     }
     for (const std::size_t i : bound_) {

@@ -36,9 +36,9 @@ class Tangent {
   /// Calls Potential::update_pattern of the potentials at Newton's iterate x, and renews the pattern. Collective.
   bool update_pattern(const Field& x);
 
-  /// Renews the pattern and sets the values. With the curvature `positive` the matrix is positive definite, as a
-  /// millionth of the diagonal's mean is added to the diagonal. Collective.
-  void update(const Field& x, Curvature curvature);
+  /// Renews the pattern and sets the values. With Curvature::psd the matrix is positive definite, as a millionth of the
+  /// diagonal's mean is added to the diagonal. Collective. @param psd_blend as of Potential::update_hessian
+  void update(const Field& x, double psd_blend);
 
   Mat matrix() const { return matrix_; }
 
@@ -77,7 +77,7 @@ class Tangent {
   void extend_reach(const std::vector<std::vector<VertexPair>>& patterns);
   void make_assembled();
   void make_shell();
-  void assemble(Curvature curvature);
+  void assemble(bool is_positive);
   void visit_part(const Part& part, HessianTerms& terms) const;
   void make_diagonal();
   void copy_diagonal(Vec out);
@@ -85,7 +85,7 @@ class Tangent {
   void multiply(Vec in, Vec out);
   /// Mean of the diagonal over all ranks; 1 if it is 0. Collective. @param own_sum of the owned vertices' diagonal
   double mean_of_diagonal(double own_sum) const;
-  void hold(Curvature curvature);
+  void hold(bool is_positive);
   bool is_shell() const { return type_ == TangentMatrix::shell; }
   PetscInt owned() const { return vertices_.owned; }
 

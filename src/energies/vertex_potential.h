@@ -32,11 +32,7 @@ class VertexPotential : public Potential {
     return sum;
   }
 
-  void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override {
-    for (PetscInt i = 0; i < vertices_.owned; ++i) {
-      gradient.col(i) += function_(i, x.vector(i)).gradient;
-    }
-  }
+  void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override { add_value_and_gradient(x, gradient); }
 
   double add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override {
     double sum = 0;
@@ -56,7 +52,7 @@ class VertexPotential : public Potential {
     return pairs;
   }
 
-  void update_hessian(const Field& x, Curvature /*curvature*/) override {
+  void update_hessian(const Field& x, double /*psd_blend*/) override {
     hessian_.resize(vertices_.owned);
     for (PetscInt i = 0; i < vertices_.owned; ++i) {
       hessian_[i] = function_(i, x.vector(i)).hessian;

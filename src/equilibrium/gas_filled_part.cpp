@@ -12,9 +12,9 @@ namespace pellicle::equilibrium {
 
 std::vector<VertexPair> PressureStiffness::pattern() const { return pairs_of_elements(chambers_.surface()); }
 
-void PressureStiffness::update_hessian(const Field& x, Curvature curvature) {
+void PressureStiffness::update_hessian(const Field& x, double psd_blend) {
   blocks_.clear();
-  const double fraction = curvature == Curvature::psd ? 0 : 1 - psd_blend_;
+  const double fraction = 1 - psd_blend;
   if (pressure_.empty() || fraction == 0) {
     return;
   }
@@ -113,7 +113,6 @@ const Eigen::Matrix3Xd& GasFilledPart::gradient() {
 
 void GasFilledPart::begin_tangent(double psd_blend) {
   part_.begin_tangent(psd_blend);
-  stiffness_.set_psd_blend(psd_blend);
   set_load_(gas_->load_pressure(number_));
   left_ = 1 - psd_blend;
 }

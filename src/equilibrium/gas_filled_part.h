@@ -23,13 +23,11 @@ class PressureStiffness : public Potential {
   double value(const Field& /*x*/) const override { return 0; }
   void add_gradient(const Field& /*x*/, Eigen::Matrix3Xd& /*gradient*/) const override {}
   std::vector<VertexPair> pattern() const override;
-  void set_psd_blend(double fraction) override { psd_blend_ = fraction; }
-  void update_hessian(const Field& x, Curvature curvature) override;
+  void update_hessian(const Field& x, double psd_blend) override;
   void add_hessian(const HessianBlocks& blocks) const override;
 
  private:
   const Chambers& chambers_;
-  double psd_blend_ = 0;
   std::vector<double> pressure_;
   std::vector<Eigen::Matrix3d> blocks_;  ///< nine of each local triangle; empty where it is left out
 };

@@ -24,7 +24,7 @@ class DampingPotential : public Potential {
   double value(const Field& x) const override;
   void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
   std::vector<VertexPair> pattern() const override;
-  void update_hessian(const Field& /*x*/, Curvature /*curvature*/) override {}
+  void update_hessian(const Field& /*x*/, double /*psd_blend*/) override {}
   void add_hessian(const HessianBlocks& blocks) const override;
   bool multiplies() const override { return stiffness_damping_ > 0; }
   void add_product(const double* w, double* result) const override;

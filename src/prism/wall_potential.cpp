@@ -48,13 +48,6 @@ void WallPotential::set_load(std::vector<double> pressure, std::vector<PetscInt>
   rims_ = std::move(rims);
 }
 
-void WallPotential::set_psd_blend(double fraction) {
-  psd_blend_ = fraction;
-  if (blends()) {
-    blended_->leave_out(fraction);
-  }
-}
-
 double WallPotential::add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const {
   gradient = -gradient;
   const double energy = elements_.add_force(x, thickness_ratio_, gradient);
@@ -62,16 +55,19 @@ double WallPotential::add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& g
   return energy;
 }
 
-void WallPotential::update_hessian(const Field& x, Curvature curvature) {
+void WallPotential::update_hessian(const Field& x, double psd_blend) {
   at_rims_.clear();
-  if (curvature == Curvature::psd) {
+  if (psd_blend == Curvature::psd) {
     positive_.update(x, thickness_ratio_, {});
     in_use_ = &positive_;
     return;
   }
+  if (blends()) {
+    blended_->leave_out(psd_blend);
+  }
   std::vector<double> pressure = pressure_;
   for (double& p : pressure) {
-    p *= 1 - psd_blend_;
+    p *= 1 - psd_blend;
   }
   exact_->update(x, thickness_ratio_, pressure);
   in_use_ = exact_.get();

@@ -60,7 +60,8 @@ class Springs : public Potential {
     }
     return pairs;
   }
-  void update_hessian(const Field& x, Curvature /*curvature*/) override {
+  void update_hessian(const Field& x, double psd_blend) override {
+    last_psd_blend = psd_blend;
     blocks_.clear();
     for (const Spring& spring : springs_) {
       const Eigen::Vector3d d = apart(spring, x);
@@ -69,7 +70,6 @@ class Springs : public Potential {
       blocks_.insert(blocks_.end(), {block, -block, -block, block});
     }
   }
-  void set_psd_blend(double fraction) override { psd_blend = fraction; }
   void add_hessian(const HessianBlocks& blocks) const override {
     for (std::size_t pair = 0; pair < blocks_.size(); ++pair) {
       blocks.add(pair, blocks_[pair]);
@@ -102,7 +102,7 @@ class Springs : public Potential {
 
   double push = 0;  ///< fraction of the start that is added to the place where Newton's method begins
   double last_h = 0;
-  double psd_blend = -1;
+  double last_psd_blend = -1;
   bool has_changed = false;
   Eigen::MatrixXd renewed_at;
   double furthest_down = std::numeric_limits<double>::infinity();  ///< of a step, along z
@@ -490,7 +490,7 @@ TEST(StepObjective, TellsHowFarTowardsThePositiveTangentItGoes) {
     left.push_back(share_left);
   });
   objective.update_tangent(system, 0.25);
-  EXPECT_EQ(joined.joint->psd_blend, 0.25);
+  EXPECT_EQ(joined.joint->last_psd_blend, 0.25);
   for (const auto& part : joined.parts) {
     EXPECT_EQ(part->last_share, 0.25);
   }
