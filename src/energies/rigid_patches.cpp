@@ -72,41 +72,10 @@ void check_options(KSP solver, TangentMatrix type) {
 
 }  // namespace
 
-std::unique_ptr<RigidPatches> RigidPatches::of(KSP solver, const Tangent& tangent,
-                                               const std::vector<std::array<PetscInt, 3>>& triangles, int patch_size) {
-  PC pc = nullptr;
-  check(KSPGetPC(solver, &pc));
-  if (!has_type(pc, {PCMG})) {
-    return nullptr;
-  }
-  check_options(solver, tangent.type());
-  std::unique_ptr<RigidPatches> patches(new RigidPatches(solver, tangent, triangles, patch_size));
-  KSP smoother = nullptr;
-  PC smoother_pc = nullptr;
-  check(PCMGSetLevels(pc, 2, nullptr));
-  check(PCMGSetType(pc, PC_MG_ADDITIVE));
-  // PETSc would tell restriction and interpolation apart by their numbers of rows, which may be equal.
-  MatHandle restriction;
-  VecHandle scale;  // of restricted states, of which there are none
-  check(MatCreateTranspose(patches->interpolation_, restriction.create()));
-  check(PCMGSetInterpolation(pc, 1, patches->interpolation_));
-  check(PCMGSetRestriction(pc, 1, restriction));
-  check(MatCreateVecs(patches->interpolation_, scale.create(), nullptr));
-  check(PCMGSetRScale(pc, 1, scale));
-  check(PCMGGetSmoother(pc, 1, &smoother));
-  check(KSPGetPC(smoother, &smoother_pc));
-  check(KSPSetType(smoother, KSPPREONLY));
-  check(PCSetType(smoother_pc, PCPBJACOBI));
-  check(PCMGGetCoarseSolve(pc, &patches->coarse_solver_));
-  PetscInt coarse_unknowns = 0;
-  check(MatGetSize(patches->interpolation_, nullptr, &coarse_unknowns));
-  patches->set_coarse_solver(coarse_unknowns / 6);
-  return patches;
-}
-
 RigidPatches::RigidPatches(KSP solver, const Tangent& tangent, const std::vector<std::array<PetscInt, 3>>& triangles,
                            int patch_size)
-    : solver_(solver), tangent_(tangent) {
+    : tangent_(tangent) {
+  check_options(solver, tangent.type());
   const Layout& vertices = tangent.vertices();
   const auto owned = static_cast<int>(vertices.owned);
   const int count = owned / patch_size + (owned % patch_size > 0 ? 1 : 0);
@@ -122,14 +91,41 @@ RigidPatches::RigidPatches(KSP solver, const Tangent& tangent, const std::vector
                        interpolation_.create()));
   set_shell_operation<&RigidPatches::interpolate>(interpolation_, MATOP_MULT);
   set_shell_operation<&RigidPatches::restrict_to_patches>(interpolation_, MATOP_MULT_TRANSPOSE);
+  PC pc = nullptr;
+  check(KSPGetPC(solver, &pc));
+  set_levels(pc);
+}
+
+void RigidPatches::set_levels(PC pc) {
+  KSP smoother = nullptr;
+  PC smoother_pc = nullptr;
+  check(PCMGSetLevels(pc, 2, nullptr));
+  check(PCMGSetType(pc, PC_MG_ADDITIVE));
+  // PETSc would tell restriction and interpolation apart by their numbers of rows, which may be equal.
+  MatHandle restriction;
+  VecHandle scale;  // of restricted states, of which there are none
+  check(MatCreateTranspose(interpolation_, restriction.create()));
+  check(PCMGSetInterpolation(pc, 1, interpolation_));
+  check(PCMGSetRestriction(pc, 1, restriction));
+  check(MatCreateVecs(interpolation_, scale.create(), nullptr));
+  check(PCMGSetRScale(pc, 1, scale));
+  check(PCMGGetSmoother(pc, 1, &smoother));
+  check(KSPGetPC(smoother, &smoother_pc));
+  check(KSPSetType(smoother, KSPPREONLY));
+  check(PCSetType(smoother_pc, PCPBJACOBI));
+  check(PCMGGetCoarseSolve(pc, &coarse_solver_));
+  set_coarse_solver();
 }
 
 /// Factorises with CHOLMOD, whose blocks suit patches, on several ranks by substructures. Where the interface between
 /// ranks, some 2 sqrt(patches ranks) of the patches of a surface, would be too large for these, algebraic multigrid
 /// shares the work: ML's, symmetric Gauss-Seidel by default.
-void RigidPatches::set_coarse_solver(PetscInt patches) {
+void RigidPatches::set_coarse_solver() {
   constexpr PetscInt most_in_interface = 300;
   PC pc = nullptr;
+  PetscInt unknowns = 0;
+  check(MatGetSize(interpolation_, nullptr, &unknowns));
+  const PetscInt patches = unknowns / 6;
   const int ranks = ranks_of(tangent_.vertices().comm);
   check(KSPGetPC(coarse_solver_, &pc));
   if (ranks == 1) {
@@ -485,7 +481,6 @@ void RigidPatches::fill_coarse() {
 }
 
 void RigidPatches::refresh(const Field& x) {
-  lag_.renewed();
   if (!knows_reach_) {
     number_reach();
   }
@@ -501,7 +496,6 @@ void RigidPatches::refresh(const Field& x) {
 }
 
 void RigidPatches::forget_pattern() {
-  lag_.forget();
   knows_reach_ = false;
   for (CoarseRow& row : rows_) {
     row.columns.clear();

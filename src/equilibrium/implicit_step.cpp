@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "base/error.h"
-#include "linear/backtracking.h"
 #include "linear/ksp.h"
 
 namespace pellicle::equilibrium {
@@ -90,8 +89,7 @@ ImplicitStep::ImplicitStep(StepObjective& objective, const NewtonOptions& option
       along_(objective.path()),
       may_factorise_(may_factorise(options, objective.vertices().global)),
       system_(objective.tangent().matrix(), objective.columns(), options.solver_prefix,
-              solver_defaults(options_, objective.suits_patches(), may_factorise_)),
-      patches_(RigidPatches::of(system_.solver(), objective.tangent(), objective.triangles(), options.patch_size)) {
+              solver_defaults(options_, objective.suits_patches(), may_factorise_)) {
   // SNES needs a tolerance below 1. A part's own tolerance is used in the scaling of residuals.
   options_.snes_rtol = std::min(options_.snes_rtol, largest_rtol);
   KSPType type = nullptr;
@@ -101,6 +99,9 @@ ImplicitStep::ImplicitStep(StepObjective& objective, const NewtonOptions& option
   is_direct_ = std::string(type) == KSPPREONLY;
   check(KSPGetPC(system_.solver(), &pc));
   check(PCGetType(pc, &preconditioner));
+  if (has_type(pc, {PCMG})) {
+    patches_.emplace(system_.solver(), objective.tangent(), objective.triangles(), options.patch_size);
+  }
   solver_words_ = options_.factor == TangentFactorisation::always
                       ? "cg with a factorisation"
                       : std::string(type) + ", " + preconditioner + (patches_ ? " with rigid patches" : "");
@@ -174,9 +175,6 @@ ImplicitResult ImplicitStep::advance(double h) {
   }
   objective_.write_to(unknowns_);
   lag_.forget();  // A step depends on its start alone, so that one after a restart is the same.
-  if (patches_) {
-    patches_->forget();
-  }
   concave_iterations_ = 0;
   choose_solver();
   NewtonResult newton;
@@ -276,10 +274,11 @@ void ImplicitStep::update_jacobian() {
     positive_ = {};
     system_.forget_pattern();
   }
-  const bool renews_patches = patches_ && !is_factorised_ && patches_->due();
+  const bool renews_patches = patches_ && !is_factorised_ && lag_.due(system_.solver());
   if (renews_patches || positive_ != nullptr) {
     objective_.update_tangent(system_, 1);
     if (renews_patches) {
+      lag_.renewed();
       patches_->refresh(objective_.position());
     }
     if (positive_ != nullptr) {
