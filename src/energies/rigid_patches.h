@@ -24,7 +24,8 @@ class RigidPatches {
  public:
   /// Sets the levels of the solver's PCMG, before the user's options for them (`mg_levels_`, `mg_coarse_`) are read.
   /// Collective.
-  /// @param tangent whose matrix preconditions the solver; must outlive the patches
+  /// @param solver whose preconditioner is PCMG @param tangent whose matrix it is made from; both must outlive the
+  /// patches
   /// @param triangles local vertices of each triangle, whose edges join vertices
   /// @param patch_size approximate number of vertices of a patch
   /// @throws Error if the tangent is SBAIJ

@@ -346,11 +346,9 @@ void ImplicitStep::factorise() {
 
 /// Solves J y = r for Newton's step, with J or a positive definite tangent in its place.
 LinearResult ImplicitStep::solve(Vec right_hand_side, Vec solution) {
-  int iterations = 0;
   LinearResult result;
   const auto attempt = [&] {
-    result = solve_or_factorise(right_hand_side, solution);
-    iterations += std::exchange(result.iterations, 0);
+    result.go_on(solve_or_factorise(right_hand_side, solution));
     if (result.solved == Solved::bad_preconditioner && options_.mat_type == TangentMatrix::shell) {
       result.solved = Solved::concave;  // Blocks on the diagonal of a tangent are positive definite if it is.
     }
@@ -372,7 +370,6 @@ LinearResult ImplicitStep::solve(Vec right_hand_side, Vec solution) {
   if (fraction_ > 0 && options_.far == FarTangent::exact) {
     ++concave_iterations_;
   }
-  result.iterations = iterations;
   return result;
 }
 
@@ -381,12 +378,10 @@ LinearResult ImplicitStep::solve_or_factorise(Vec right_hand_side, Vec solution)
   LinearResult result = solve_once(right_hand_side, solution);
   const bool has_failed = result.solved == Solved::no || result.solved == Solved::bad_preconditioner;
   if (has_failed && may_factorise_ && !is_factorised_) {
-    const int iterations = result.iterations;
     steps_to_factorise_ = std::clamp(2 * steps_to_factorise_, 1, most_steps_to_factorise);
     steps_left_ = steps_to_factorise_;
     factorise();
-    result = solve_once(right_hand_side, solution);
-    result.iterations += iterations;
+    result.go_on(solve_once(right_hand_side, solution));
   }
   return result;
 }

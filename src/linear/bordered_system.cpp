@@ -103,9 +103,7 @@ LinearResult BorderedSystem::eliminate(const Eigen::VectorXd& wanted) {
   LinearResult result = part_.solve(part_right_hand_side_, part_solution_);
   for (int border = 0; border < size() && result.converged; ++border) {
     copy_to(work_, part_.low_rank().column(columns_[border]));
-    const int iterations = result.iterations;
-    result = part_.solve(work_, influence_[border]);
-    result.iterations += iterations;
+    result.go_on(part_.solve(work_, influence_[border]));
   }
   if (!result.converged) {
     return result;
@@ -153,11 +151,8 @@ LinearResult LoadBorder::solve(Vec right_hand_side, Vec solution) {
   if (!result.converged) {
     return result;
   }
-  const int iterations = result.iterations;
   copy_to(part_right_hand_side_, load_);
-  result = part_.solve(part_right_hand_side_, influence_);
-  result.iterations += iterations;
-  if (!result.converged) {
+  if (!result.go_on(part_.solve(part_right_hand_side_, influence_))) {
     return result;
   }
   const Eigen::VectorXd along = part_.column_products({part_solution_, influence_}).row(last());

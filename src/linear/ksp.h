@@ -82,6 +82,13 @@ struct LinearResult : StageResult {
   KSPConvergedReason ended = KSP_CONVERGED_ITERATING;  ///< reason in PETSc's terms
   Solved solved = Solved::yes;
 
+  /// Becomes the result of a further solve, with the iterations of both. @returns whether that has converged
+  bool go_on(LinearResult further) {
+    further.iterations += iterations;
+    *this = std::move(further);
+    return converged;
+  }
+
   /// Marks the result as not converged.
   void refuse(Solved why, std::string words) {
     converged = false;

@@ -127,24 +127,19 @@ LinearResult LowRankSystem::solve(Vec right_hand_side, Vec solution, const Linea
 
 /// With Z = T^-1 G: A^-1 r = T^-1 r - Z (1 + C G^T Z)^-1 C G^T T^-1 r.
 LinearResult LowRankSystem::solve_by_woodbury(Vec right_hand_side, Vec solution) {
-  int iterations = 0;
+  LinearResult result;
   while (static_cast<int>(influence_.size()) < count()) {
     VecHandle influence;
     VecHandle column;
     check(VecDuplicate(right_hand_side, influence.create()));
     check(VecDuplicate(right_hand_side, column.create()));
     copy_to(column, low_rank_.column(static_cast<Eigen::Index>(influence_.size())));
-    LinearResult result = pellicle::solve(solver_, column, influence);
-    iterations += result.iterations;
-    result.iterations = iterations;
-    if (!result.converged) {
+    if (!result.go_on(pellicle::solve(solver_, column, influence))) {
       return result;
     }
     influence_.push_back(std::move(influence));
   }
-  LinearResult result = pellicle::solve(solver_, right_hand_side, solution);
-  result.iterations += iterations;
-  if (!result.converged) {
+  if (!result.go_on(pellicle::solve(solver_, right_hand_side, solution))) {
     return result;
   }
   std::vector<Vec> vectors(influence_.begin(), influence_.end());

@@ -1,18 +1,11 @@
 #include "linear/own_preconditioner.h"
 
-#include <set>
-
 #include "base/error.h"
 #include "base/handle.h"
 
 namespace pellicle::linear {
 
 namespace {
-
-std::set<std::string>& own_types() {
-  static std::set<std::string> types;
-  return types;
-}
 
 /// Name under which a matrix keeps its preconditioner. Short, so that asking for it allocates nothing.
 std::string key_of(const std::string& type) { return "own_pc_" + type; }
@@ -80,9 +73,7 @@ PetscErrorCode create(PC pc) {
 }  // namespace
 
 void offer_preconditioner(Mat matrix, const std::string& type, const OwnPreconditioner& offered) {
-  if (own_types().insert(type).second) {
-    check(PCRegister(type.c_str(), create));
-  }
+  check(PCRegister(type.c_str(), create));
   Handle<PetscContainer, PetscContainerDestroy> container;
   check(PetscContainerCreate(comm_of(matrix), container.create()));
   check(PetscContainerSetPointer(container, const_cast<OwnPreconditioner*>(&offered)));
@@ -90,7 +81,11 @@ void offer_preconditioner(Mat matrix, const std::string& type, const OwnPrecondi
                            reinterpret_cast<PetscObject>(PetscContainer(container))));
 }
 
-bool is_own_type(const std::string& type) { return own_types().count(type) > 0; }
+bool is_own_type(const std::string& type) {
+  PetscErrorCode (*registered)(PC) = nullptr;
+  check(PetscFunctionListFind(PCList, type.c_str(), &registered));
+  return registered == create;
+}
 
 bool offers_preconditioner(Mat matrix, const std::string& type) { return offered_by(matrix, type) != nullptr; }
 
