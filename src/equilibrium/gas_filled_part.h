@@ -4,8 +4,8 @@
 #include <memory>
 #include <vector>
 
-#include "energies/extended_part.h"
 #include "energies/potential.h"
+#include "energies/step_part.h"
 #include "equilibrium/step_gas.h"
 
 namespace pellicle::equilibrium {

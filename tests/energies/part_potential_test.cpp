@@ -1,11 +1,11 @@
 // A potential of one part of several limits a step of the whole.
 
-#include "energies/part_potential.h"
-
 #include <gtest/gtest.h>
 #include <petscsys.h>
 
 #include <algorithm>
+
+#include "energies/step_objective.h"
 
 namespace pellicle::part_potential_test {
 namespace {

@@ -327,9 +327,7 @@ class Joined {
       }
     }
     joint = std::make_unique<Springs>(layout_->layout(), springs);
-    objective = std::make_unique<StepObjective>(
-        all, are_joined_ ? std::vector<Potential*>{joint.get()} : std::vector<Potential*>{}, TangentMatrix::aij,
-        "test_");
+    objective = std::make_unique<StepObjective>(all, are_joined_ ? joint.get() : nullptr, TangentMatrix::aij, "test_");
     for (std::size_t p = 0; p < parts.size(); ++p) {
       for (PetscInt i = 0; i < 3 * parts[p]->vertices().owned; ++i) {
         here_.push_back(first_[p] + 3 * parts[p]->vertices().first + i);
