@@ -208,10 +208,7 @@ void BodyContact::add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const
 }
 
 std::vector<VertexPair> BodyContact::pattern() const {
-  std::vector<VertexPair> pairs;
-  for (PetscInt i = 0; i < surface_.particles.owned; ++i) {
-    pairs.push_back({i, surface_.particles.to_global(i)});
-  }
+  std::vector<VertexPair> pairs = diagonal_pairs(surface_.particles);
   for (const ElementPoint& point : points_) {
     for (const PetscInt row : point.particles) {
       for (const PetscInt column : point.particles) {

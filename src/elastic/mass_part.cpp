@@ -37,14 +37,6 @@ double Inertia::add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gradien
   return sum / 2;
 }
 
-std::vector<VertexPair> Inertia::pattern() const {
-  std::vector<VertexPair> pairs;
-  for (PetscInt i = 0; i < vertices_.owned; ++i) {
-    pairs.push_back({i, vertices_.to_global(i)});
-  }
-  return pairs;
-}
-
 void Inertia::add_hessian(const HessianBlocks& blocks) const {
   for (std::size_t i = 0; i < rows_.entries.size(); ++i) {
     blocks.add(i, rows_.entries[i] * Eigen::Matrix3d::Identity());

@@ -3,7 +3,7 @@
 #include <array>
 #include <vector>
 
-#include "energies/part_of_potentials.h"
+#include "energies/step_part.h"
 #include "geometry/projectors.h"
 #include "parallel/field.h"
 #include "surface/surface.h"
@@ -33,7 +33,7 @@ class Inertia : public Potential {
   double value(const Field& x) const override;
   void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override { add_value_and_gradient(x, gradient); }
   double add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
-  std::vector<VertexPair> pattern() const override;
+  std::vector<VertexPair> pattern() const override { return diagonal_pairs(vertices_); }
   void update_hessian(const Field& /*x*/, double /*psd_blend*/) override {}
   void add_hessian(const HessianBlocks& blocks) const override;
   bool has_terms() const override { return true; }

@@ -29,6 +29,15 @@ struct VertexPair {
   PetscInt column = 0;  ///< global vertex, of any rank
 };
 
+/// The pairs of each owned vertex with itself.
+inline std::vector<VertexPair> diagonal_pairs(const Layout& vertices) {
+  std::vector<VertexPair> pairs;
+  for (PetscInt i = 0; i < vertices.owned; ++i) {
+    pairs.push_back({i, vertices.to_global(i)});
+  }
+  return pairs;
+}
+
 /// Takes the blocks of a Hessian, one for each pair of its pattern.
 class HessianBlocks {
  public:
@@ -38,6 +47,20 @@ class HessianBlocks {
   virtual void add(std::size_t pair, const Eigen::Matrix3d& block) const = 0;
   /// Whether blocks of two different vertices are needed; if not, they may be left out.
   virtual bool wants_off_diagonal() const { return true; }
+};
+
+/// Passes the blocks of a Hessian to a function of their number in the pattern and a block.
+template <class Take>
+class TakenPairs : public HessianBlocks {
+ public:
+  explicit TakenPairs(const Take& take, bool wants_off_diagonal = true)
+      : take_(take), wants_off_diagonal_(wants_off_diagonal) {}
+  void add(std::size_t pair, const Eigen::Matrix3d& block) const override { take_(pair, block); }
+  bool wants_off_diagonal() const override { return wants_off_diagonal_; }
+
+ private:
+  const Take& take_;
+  bool wants_off_diagonal_;
 };
 
 /// A part of the energy that a step makes stationary, as a function of the positions x of a layout's vertices: the

@@ -94,8 +94,12 @@ RigidPatches::RigidPatches(KSP solver, const Tangent& tangent, const std::vector
   PC pc = nullptr;
   check(KSPGetPC(solver, &pc));
   set_levels(pc);
+  number_reach();
 }
 
+/// Sets the levels of a PCMG. The coarse one is factorised with CHOLMOD, whose blocks suit patches, on several ranks by
+/// substructures. Where the interface between ranks, some 2 sqrt(patches ranks) of the patches of a surface, would be
+/// too large for these, algebraic multigrid shares the work: ML's, symmetric Gauss-Seidel by default.
 void RigidPatches::set_levels(PC pc) {
   KSP smoother = nullptr;
   PC smoother_pc = nullptr;
@@ -114,27 +118,20 @@ void RigidPatches::set_levels(PC pc) {
   check(KSPSetType(smoother, KSPPREONLY));
   check(PCSetType(smoother_pc, PCPBJACOBI));
   check(PCMGGetCoarseSolve(pc, &coarse_solver_));
-  set_coarse_solver();
-}
-
-/// Factorises with CHOLMOD, whose blocks suit patches, on several ranks by substructures. Where the interface between
-/// ranks, some 2 sqrt(patches ranks) of the patches of a surface, would be too large for these, algebraic multigrid
-/// shares the work: ML's, symmetric Gauss-Seidel by default.
-void RigidPatches::set_coarse_solver() {
   constexpr PetscInt most_in_interface = 300;
-  PC pc = nullptr;
+  PC coarse_pc = nullptr;
   PetscInt unknowns = 0;
+  check(KSPGetPC(coarse_solver_, &coarse_pc));
   check(MatGetSize(interpolation_, nullptr, &unknowns));
   const PetscInt patches = unknowns / 6;
   const int ranks = ranks_of(tangent_.vertices().comm);
-  check(KSPGetPC(coarse_solver_, &pc));
   if (ranks == 1) {
-    check(PCSetType(pc, PCCHOLESKY));
-    check(PCFactorSetMatSolverType(pc, MATSOLVERCHOLMOD));
+    check(PCSetType(coarse_pc, PCCHOLESKY));
+    check(PCFactorSetMatSolverType(coarse_pc, MATSOLVERCHOLMOD));
   } else if (2 * std::sqrt(static_cast<double>(patches) * ranks) <= most_in_interface) {
-    substructures_.precondition(pc);
+    substructures_.precondition(coarse_pc);
   } else {
-    check(PCSetType(pc, PCML));
+    check(PCSetType(coarse_pc, PCML));
   }
 }
 
@@ -185,7 +182,6 @@ void RigidPatches::number_reach() {
   update_ghosts(reach, patch_);
   has_neighbours_ = on_any_rank(reach.comm, reach.local() > reach.owned);
   motions_ = has_neighbours_ ? Field(reach, 18) : Field();
-  knows_reach_ = true;
 }
 
 /// Motions of an owned vertex by shifts and turns of its patch.
@@ -328,7 +324,7 @@ class RigidPatches::Sum : public HessianTerms {
 
   void add_numbers(const NumberRows& rows) override {
     const bool has_normals = rows.along != 0;
-    for (PetscInt i = 0; i < owned(); ++i) {
+    for (PetscInt i = 0; i < owned_; ++i) {
       const std::size_t last = rows.offsets[static_cast<std::size_t>(i) + 1];
       PetscInt q = -1;
       Eigen::Vector4d sum;  // of the numbers of a patch, times (1, arm)
@@ -394,7 +390,7 @@ class RigidPatches::Sum : public HessianTerms {
  private:
   PetscInt patch(PetscInt vertex) const { return all_.patch_[vertex]; }
   /// Whether a local vertex is this rank's and may move in all directions.
-  bool is_free(PetscInt vertex) const { return vertex < owned() && !all_.is_bound(vertex); }
+  bool is_free(PetscInt vertex) const { return vertex < owned_ && !all_.is_bound(vertex); }
   const Eigen::Matrix3d& projector(PetscInt vertex) const { return all_.projector(vertex); }
 
   /// A force with its moment about the start of its arm.
@@ -481,9 +477,6 @@ void RigidPatches::fill_coarse() {
 }
 
 void RigidPatches::refresh(const Field& x) {
-  if (!knows_reach_) {
-    number_reach();
-  }
   find_motions(x);
   for (CoarseRow& row : rows_) {
     std::fill(row.couplings.begin(), row.couplings.end(), Coupling());
@@ -496,7 +489,7 @@ void RigidPatches::refresh(const Field& x) {
 }
 
 void RigidPatches::forget_pattern() {
-  knows_reach_ = false;
+  number_reach();
   for (CoarseRow& row : rows_) {
     row.columns.clear();
     row.couplings.clear();

@@ -38,7 +38,7 @@ class RigidPatches {
   /// @param x positions at which the tangent was updated [m]
   void refresh(const Field& x);
 
-  /// Lets the coarse level be made anew. Must be called when the tangent has a new pattern, before it has values.
+  /// Lets the coarse level be made anew. Must be called when the tangent has a new pattern. Collective.
   void forget_pattern();
 
  private:
@@ -61,7 +61,6 @@ class RigidPatches {
   };
 
   void set_levels(PC pc);
-  void set_coarse_solver();
   void number_reach();
   void find_motions(const Field& x);
   Motion of_body(PetscInt vertex) const;
@@ -82,7 +81,6 @@ class RigidPatches {
   const Tangent& tangent_;
   std::vector<PetscInt> patch_;  ///< global patch of each owned vertex, then of the others in reach
   PetscInt first_patch_ = 0;     ///< global number of this rank's first patch
-  bool knows_reach_ = false;     ///< whether patches of the vertices in reach are known
   bool has_neighbours_ = false;  ///< whether any rank has vertices of others in reach
   Field motions_;                ///< (3 x 6, by columns) of each vertex in reach, if there are neighbours
   std::vector<CoarseRow> rows_;  ///< of this rank's patches

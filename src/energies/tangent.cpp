@@ -19,41 +19,6 @@ namespace {
 /// leave free, and hardly changes others.
 constexpr double definite_share = 1e-6;
 
-/// Adds the blocks of pairs to places; pairs of place -1 are left out.
-class PlacedBlocks : public HessianBlocks {
- public:
-  PlacedBlocks(const std::vector<PetscInt>& places, std::vector<Eigen::Matrix3d>& blocks)
-      : places_(places), blocks_(blocks) {}
-
-  void add(std::size_t pair, const Eigen::Matrix3d& block) const override {
-    if (const PetscInt place = places_[pair]; place >= 0) {
-      blocks_[place] += block;
-    }
-  }
-
- private:
-  const std::vector<PetscInt>& places_;
-  std::vector<Eigen::Matrix3d>& blocks_;
-};
-
-/// Passes on the blocks of owned rows, with their vertices.
-class VisitedBlocks : public HessianBlocks {
- public:
-  VisitedBlocks(const std::vector<std::array<PetscInt, 2>>& pairs, HessianTerms& terms)
-      : pairs_(pairs), terms_(terms) {}
-
-  void add(std::size_t pair, const Eigen::Matrix3d& block) const override {
-    if (const auto& [row, column] = pairs_[pair]; row >= 0) {
-      terms_.add_block(row, column, block);
-    }
-  }
-  bool wants_off_diagonal() const override { return terms_.wants_off_diagonal(); }
-
- private:
-  const std::vector<std::array<PetscInt, 2>>& pairs_;
-  HessianTerms& terms_;
-};
-
 }  // namespace
 
 Tangent::Tangent(const Layout& vertices, std::vector<Potential*> potentials, Projectors projectors,
@@ -236,7 +201,12 @@ void Tangent::update(const Field& x, double psd_blend) {
   for (const Part& part : parts_) {
     part.potential->update_hessian(x, psd_blend);
     if (!part.multiplies) {
-      part.potential->add_hessian(PlacedBlocks(part.places, rows_.blocks));
+      const auto add_to_place = [&](std::size_t pair, const Eigen::Matrix3d& block) {
+        if (const PetscInt place = part.places[pair]; place >= 0) {
+          rows_.blocks[place] += block;
+        }
+      };
+      part.potential->add_hessian(TakenPairs(add_to_place));
     }
   }
   has_diagonal_ = false;
@@ -327,7 +297,12 @@ void Tangent::visit_part(const Part& part, HessianTerms& terms) const {
   if (part.potential->has_terms()) {
     part.potential->visit(terms);
   } else {
-    part.potential->add_hessian(VisitedBlocks(part.pairs, terms));
+    const auto pass_on = [&](std::size_t pair, const Eigen::Matrix3d& block) {
+      if (const auto& [row, column] = part.pairs[pair]; row >= 0) {
+        terms.add_block(row, column, block);
+      }
+    };
+    part.potential->add_hessian(TakenPairs(pass_on, terms.wants_off_diagonal()));
   }
 }
 

@@ -44,13 +44,7 @@ class VertexPotential : public Potential {
     return sum;
   }
 
-  std::vector<VertexPair> pattern() const override {
-    std::vector<VertexPair> pairs;
-    for (PetscInt i = 0; i < vertices_.owned; ++i) {
-      pairs.push_back({i, vertices_.to_global(i)});
-    }
-    return pairs;
-  }
+  std::vector<VertexPair> pattern() const override { return diagonal_pairs(vertices_); }
 
   void update_hessian(const Field& x, double /*psd_blend*/) override {
     hessian_.resize(vertices_.owned);

@@ -11,7 +11,7 @@
 namespace pellicle::linear {
 
 LowRankSystem::LowRankSystem(Mat sparse, int columns, const std::string& prefix, const KspDefaults& defaults)
-    : sparse_(sparse), rtol_(defaults.rtol), count_(columns) {
+    : sparse_(sparse), rtol_(defaults.rtol) {
   check(MatGetLocalSize(sparse, &rows_, nullptr));
   low_rank_ = LowRank(Eigen::SparseMatrix<double>(rows_, columns), Eigen::VectorXd::Zero(columns));
   if (columns > 0) {

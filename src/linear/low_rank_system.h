@@ -29,7 +29,7 @@ class LowRankSystem {
   /// A, or P A P with constrained columns.
   Mat matrix() const { return count() > 0 ? Mat(matrix_) : sparse_; }
   KSP solver() const { return solver_; }
-  int count() const { return count_; }
+  int count() const { return static_cast<int>(low_rank_.count()); }
   /// Owned rows of T.
   Eigen::Index rows() const { return rows_; }
   const LowRank& low_rank() const { return low_rank_; }
@@ -73,7 +73,6 @@ class LowRankSystem {
   Mat sparse_;
   double rtol_;
   bool solves_sparse_alone_ = false;
-  int count_;
   PetscInt rows_ = 0;
   LowRank low_rank_;
   std::vector<int> constrained_;

@@ -1,4 +1,4 @@
-#include "energies/part_of_potentials.h"
+#include "energies/step_part.h"
 
 #include <utility>
 
