@@ -53,19 +53,16 @@ void add_to(Block& block, const Eigen::Matrix4d& moments) {
 
 /// Refuses options for levels that the patches do not have.
 void check_options(KSP solver, TangentMatrix type) {
-  char wanted[64] = "additive";
+  const std::string option = "-" + prefix_of(solver) + "pc_mg";
+  const std::string wanted = option_value(option + "_type").value_or("additive");
   PetscInt levels = 2;
-  const char* prefix = nullptr;
-  check(KSPGetOptionsPrefix(solver, &prefix));
-  check(PetscOptionsGetString(nullptr, prefix, "-pc_mg_type", wanted, sizeof wanted, nullptr));
-  check(PetscOptionsGetInt(nullptr, prefix, "-pc_mg_levels", &levels, nullptr));
-  if (std::string(wanted) != "additive" || levels != 2) {
-    throw Error(std::string("-") + prefix + "pc_mg_" +
-                (levels != 2 ? "levels " + std::to_string(levels) : std::string("type ") + wanted) +
+  check(PetscOptionsGetInt(nullptr, nullptr, (option + "_levels").c_str(), &levels, nullptr));
+  if (wanted != "additive" || levels != 2) {
+    throw Error(option + (levels != 2 ? "_levels " + std::to_string(levels) : "_type " + wanted) +
                 ": the patches are one coarse level, added to the blocks of the diagonal; expected additive, 2 levels");
   }
   if (type == TangentMatrix::sbaij) {
-    throw Error("-" + std::string(prefix) +
+    throw Error("-" + prefix_of(solver) +
                 "pc_type mg: needs all entries of the matrix, expected mat_type baij, aij or shell");
   }
 }
@@ -194,7 +191,6 @@ RigidPatches::Motion RigidPatches::of_body(PetscInt vertex) const {
 /// For each patch an orthonormal basis of its rigid motions, shifts and turns of its shape at x, as far as its vertices
 /// may can move so: single vertices do not turn, and constrained ones do not move.
 void RigidPatches::find_motions(const Field& x) {
-  const auto patches = rows_.size();
   centre_.setZero(3, own_patches());
   count_.setZero(own_patches());
   const PetscInt owned = tangent_.vertices().owned;
@@ -209,7 +205,7 @@ void RigidPatches::find_motions(const Field& x) {
     of_patch = std::max(of_patch, (x.vector(i) - centre_.col(local_patch(i))).norm());
   }
   arm_.resize(3, owned);
-  basis_.assign(patches, Gram::Zero());
+  basis_.assign(rows_.size(), Gram::Zero());
   for (PetscInt i = 0; i < owned; ++i) {
     const PetscInt p = local_patch(i);
     arm_.col(i) = (x.vector(i) - centre_.col(p)) / (radius_[p] > 0 ? radius_[p] : 1);
@@ -226,14 +222,12 @@ void RigidPatches::find_motions(const Field& x) {
     const Motion motion = of_body(i);
     basis_[local_patch(i)] += motion.transpose() * motion;
   }
-  for (std::size_t p = 0; p < patches; ++p) {
-    Gram& gram = basis_[p];
+  for (Gram& gram : basis_) {
     const Eigen::SelfAdjointEigenSolver<Gram> solver(gram);
     constexpr double negligible = 1e-6;
     const double least = negligible * gram.trace();
     for (int k = 0; k < 6; ++k) {
       const double square = solver.eigenvalues()[k];
-      rows_[p].is_idle[k] = square <= least;
       gram.col(k) = (square <= least ? 0 : 1 / std::sqrt(square)) * solver.eigenvectors().col(k);
     }
   }
@@ -446,7 +440,7 @@ void RigidPatches::fill_coarse() {
   for (PetscInt p = first_patch_; p < first_patch_ + own_patches(); ++p) {
     CoarseBlock& diagonal = coupling(p, p).block;
     for (int k = 0; k < 6; ++k) {  // of any size, since nothing goes there
-      diagonal(k, k) += row(p).is_idle[k] ? 1 : 0;
+      diagonal(k, k) += basis_of(p).col(k).isZero(0) ? 1 : 0;
     }
   }
   if (on_any_rank(comm, !is_whole_)) {

@@ -57,7 +57,6 @@ class RigidPatches {
   struct CoarseRow {
     std::vector<PetscInt> columns;  ///< global patches
     std::vector<Coupling> couplings;
-    std::vector<bool> is_idle = std::vector<bool>(6);  ///< motions beyond the rank of the patch's motions
   };
 
   void set_levels(PC pc);
@@ -89,7 +88,8 @@ class RigidPatches {
   Eigen::VectorXd count_;    ///< number of vertices
   Eigen::VectorXd radius_;   ///< so that turns and shifts are of like size [m]
   Eigen::Matrix3Xd arm_;     ///< from the patch's centre to each owned vertex, over its radius
-  std::vector<Gram> basis_;  ///< coordinates, as shifts and turns, of an orthonormal basis of the motions
+  /// Coordinates, as shifts and turns, of an orthonormal basis of the motions; columns beyond their rank are 0.
+  std::vector<Gram> basis_;
   mutable Eigen::Matrix<double, 6, Eigen::Dynamic> movement_;  ///< scratch of interpolate and restrict_to_patches
   bool is_whole_ = false;                                      ///< whether the coarse matrix has all blocks of the rows
   MatHandle interpolation_;                                    ///< shell, (3 vertices x 6 patches)

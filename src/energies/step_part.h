@@ -18,12 +18,12 @@ class StepPart {
  public:
   virtual ~StepPart() = default;
 
-  virtual const Layout& vertices() const = 0;
+  const Layout& vertices() const { return vertices_; }
   /// Local vertices of each triangle, whose edges join vertices.
-  virtual const std::vector<std::array<PetscInt, 3>>& triangles() const = 0;
+  const std::vector<std::array<PetscInt, 3>>& triangles() const { return triangles_; }
+  const std::vector<Potential*>& potentials() const { return potentials_; }
   /// Projectors on the directions in which each local vertex may move.
   virtual const Projectors& projectors() const = 0;
-  virtual const std::vector<Potential*>& potentials() const = 0;
 
   /// Positions at the step's start, ghosts up to date.
   virtual const Field& start() const = 0;
@@ -79,16 +79,29 @@ class StepPart {
   virtual Eigen::VectorXd load_rate() { return {}; }
 
   /// Norm of the gradient at which the part is in balance, over the largest norm of a kind of force. Not collective.
-  virtual double tolerance() const = 0;
+  double tolerance() const { return tolerance_; }
   /// Size of the part [m], and scale of its forces [N]. Not collective.
-  virtual double length_scale() const = 0;
-  virtual double force_scale() const = 0;
+  double length_scale() const { return length_scale_; }
+  double force_scale() const { return force_scale_; }
   /// Scale of its stiffness where it is [N/m]. Collective.
   virtual double stiffness_scale() { return force_scale() / length_scale(); }
   /// Whether the stiffness exceeds the inertia by so much that RigidPatches save time. Not collective.
   virtual bool suits_patches() const { return true; }
   /// Rounding in the last gradient, beyond that of the force scale [N]. Not collective.
   virtual double rounding() const { return 0; }
+
+ protected:
+  /// @param vertices, triangles of the part, which must outlive it
+  StepPart(const Layout& vertices, const std::vector<std::array<PetscInt, 3>>& triangles, double tolerance)
+      : vertices_(vertices), triangles_(triangles), tolerance_(tolerance) {}
+
+  // What does not change after construction.
+  const Layout& vertices_;
+  const std::vector<std::array<PetscInt, 3>>& triangles_;
+  double tolerance_;
+  std::vector<Potential*> potentials_;
+  double length_scale_ = 0;  ///< [m]
+  double force_scale_ = 0;   ///< [N]
 };
 
 /// A StepPart whose energy is a sum of potentials. At one position they are evaluated once.
@@ -97,34 +110,22 @@ class PartOfPotentials : public StepPart {
   PartOfPotentials(const PartOfPotentials&) = delete;  // Its potentials point to it.
   PartOfPotentials& operator=(const PartOfPotentials&) = delete;
 
-  const Layout& vertices() const override { return vertices_; }
-  const std::vector<std::array<PetscInt, 3>>& triangles() const override { return triangles_; }
-  const std::vector<Potential*>& potentials() const override { return potentials_; }
   const Field& position() const override { return position_; }
   bool move_to(const Field& position, const Eigen::VectorXd& own) override;
   void forget() override { is_evaluated_ = false; }
   double value() override;
   const Eigen::Matrix3Xd& gradient() override;
   const std::vector<double>& squared_forces() const override { return squares_; }
-  double tolerance() const override { return tolerance_; }
-  double length_scale() const override { return length_scale_; }
-  double force_scale() const override { return force_scale_; }
 
  protected:
-  /// @param vertices, triangles of the part, which must outlive it @param tolerance StepPart::tolerance
+  /// Arguments are those of StepPart.
   PartOfPotentials(const Layout& vertices, const std::vector<std::array<PetscInt, 3>>& triangles, double tolerance)
-      : vertices_(vertices), triangles_(triangles), tolerance_(tolerance), position_(vertices, 3) {}
+      : StepPart(vertices, triangles, tolerance), position_(vertices, 3) {}
 
   PetscInt owned() const { return vertices_.owned; }
   MPI_Comm comm() const { return vertices_.comm; }
 
-  const Layout& vertices_;
-  const std::vector<std::array<PetscInt, 3>>& triangles_;
-  double tolerance_;
-  std::vector<Potential*> potentials_;
   Field position_;
-  double length_scale_ = 0;  ///< [m]
-  double force_scale_ = 0;   ///< [N]
 
  private:
   void evaluate();
@@ -140,10 +141,7 @@ class PartOfPotentials : public StepPart {
 /// Another part of a step, which a derived class adds something to.
 class ExtendedPart : public StepPart {
  public:
-  const Layout& vertices() const override { return part_.vertices(); }
-  const std::vector<std::array<PetscInt, 3>>& triangles() const override { return part_.triangles(); }
   const Projectors& projectors() const override { return part_.projectors(); }
-  const std::vector<Potential*>& potentials() const override { return part_.potentials(); }
   const Field& start() const override { return part_.start(); }
   const Field& position() const override { return part_.position(); }
   void forget() override { part_.forget(); }
@@ -155,16 +153,13 @@ class ExtendedPart : public StepPart {
   double inverted(const Field& from, const Field& to) const override { return part_.inverted(from, to); }
   void begin_tangent(double psd_blend) override { part_.begin_tangent(psd_blend); }
   bool blends() const override { return part_.blends(); }
-  double tolerance() const override { return part_.tolerance(); }
-  double length_scale() const override { return part_.length_scale(); }
-  double force_scale() const override { return part_.force_scale(); }
   double stiffness_scale() override { return part_.stiffness_scale(); }
   bool suits_patches() const override { return part_.suits_patches(); }
   double rounding() const override { return part_.rounding(); }
 
  protected:
   /// @param part must outlive it
-  explicit ExtendedPart(StepPart& part) : part_(part) {}
+  explicit ExtendedPart(StepPart& part) : StepPart(part), part_(part) {}
 
   StepPart& part_;
 };

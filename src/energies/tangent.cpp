@@ -33,7 +33,15 @@ Tangent::Tangent(const Layout& vertices, std::vector<Potential*> potentials, Pro
     }
   }
   if (is_shell()) {
-    make_shell();
+    check(MatCreateShell(vertices_.comm, 3 * owned(), 3 * owned(), PETSC_DETERMINE, PETSC_DETERMINE, this,
+                         matrix_.create()));
+    check(MatSetBlockSize(matrix_, 3));
+    set_symmetric_product<&Tangent::multiply>(matrix_);
+    set_shell_operation<&Tangent::copy_diagonal>(matrix_, MATOP_GET_DIAGONAL);
+    set_shell_operation<&Tangent::give_inverse_blocks>(matrix_, MATOP_INVERT_BLOCK_DIAGONAL);
+    check(MatSetOption(matrix_, MAT_SYMMETRIC, PETSC_TRUE));
+    check(MatSetOption(matrix_, MAT_SYMMETRY_ETERNAL, PETSC_TRUE));
+    set_matrix_options(matrix_, prefix_);
   }
   renew_pattern();
 }
@@ -177,18 +185,6 @@ void Tangent::make_assembled() {
   } else {
     check(MatHeaderReplace(matrix_, made.slot()));
   }
-  check(MatSetOption(matrix_, MAT_SYMMETRIC, PETSC_TRUE));
-  check(MatSetOption(matrix_, MAT_SYMMETRY_ETERNAL, PETSC_TRUE));
-  set_matrix_options(matrix_, prefix_);
-}
-
-void Tangent::make_shell() {
-  check(MatCreateShell(vertices_.comm, 3 * owned(), 3 * owned(), PETSC_DETERMINE, PETSC_DETERMINE, this,
-                       matrix_.create()));
-  check(MatSetBlockSize(matrix_, 3));
-  set_symmetric_product<&Tangent::multiply>(matrix_);
-  set_shell_operation<&Tangent::copy_diagonal>(matrix_, MATOP_GET_DIAGONAL);
-  set_shell_operation<&Tangent::give_inverse_blocks>(matrix_, MATOP_INVERT_BLOCK_DIAGONAL);
   check(MatSetOption(matrix_, MAT_SYMMETRIC, PETSC_TRUE));
   check(MatSetOption(matrix_, MAT_SYMMETRY_ETERNAL, PETSC_TRUE));
   set_matrix_options(matrix_, prefix_);

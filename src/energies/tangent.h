@@ -76,7 +76,6 @@ class Tangent {
   void make_rows();
   void extend_reach(const std::vector<std::vector<VertexPair>>& patterns);
   void make_assembled();
-  void make_shell();
   void assemble(bool is_positive);
   void visit_part(const Part& part, HessianTerms& terms) const;
   void make_diagonal();

@@ -52,11 +52,7 @@ void PressureStiffness::add_hessian(const HessianBlocks& blocks) const {
 }
 
 GasFilledPart::GasFilledPart(StepPart& part, StepGas::Part gas, SetLoad set_load)
-    : ExtendedPart(part),
-      own_(std::move(gas)),
-      set_load_(std::move(set_load)),
-      stiffness_(*own_.chambers),
-      potentials_(part.potentials()) {
+    : ExtendedPart(part), own_(std::move(gas)), set_load_(std::move(set_load)), stiffness_(*own_.chambers) {
   own_.position = &part.position();
   own_.force_scale = part.force_scale();
   gas_ = std::make_shared<StepGas>(std::vector<StepGas::Part>{own_});

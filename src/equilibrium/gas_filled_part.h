@@ -63,7 +63,6 @@ class GasFilledPart : public ExtendedPart, public GasFilled {
   Eigen::Matrix3Xd pressure_forces() { return -gas_->gradient(number_); }
   StepGas::Part gas_part() const override { return own_; }
 
-  const std::vector<Potential*>& potentials() const override { return potentials_; }
   bool move_to(const Field& position, const Eigen::VectorXd& own) override;
   Eigen::VectorXd own_unknowns() const override { return multiplier().cwiseQuotient(pressure_scales()); }
   double value() override { return part_.value() + gas_->value(number_); }
@@ -84,7 +83,6 @@ class GasFilledPart : public ExtendedPart, public GasFilled {
   StepGas::Part own_;
   SetLoad set_load_;
   PressureStiffness stiffness_;  ///< a potential unless there is `set_load_`
-  std::vector<Potential*> potentials_;
   Eigen::Matrix3Xd gradient_;
   double left_ = 0;  ///< of what is not positive in the tangent, 0 to 1
   std::vector<double> squares_;

@@ -21,29 +21,24 @@ const OwnPreconditioner* offered_by(Mat matrix, const std::string& type) {
   return static_cast<const OwnPreconditioner*>(offered);
 }
 
-const OwnPreconditioner& preconditioner_of(PC pc) {
-  PCType type = nullptr;
-  Mat matrix = nullptr;
-  check(PCGetType(pc, &type));
-  check(PCGetOperators(pc, nullptr, &matrix));
-  const OwnPreconditioner* offered = offered_by(matrix, type);
-  if (offered == nullptr) {
-    throw Error("the matrix has no preconditioner " + std::string(type));
-  }
-  return *offered;
-}
-
 PetscErrorCode set_up(PC pc) {
   return as_petsc_callback([&] {
-    const OwnPreconditioner& offered = preconditioner_of(pc);
-    check(PCSetApplicationContext(pc, const_cast<OwnPreconditioner*>(&offered)));
+    PCType type = nullptr;
+    Mat matrix = nullptr;
+    check(PCGetType(pc, &type));
+    check(PCGetOperators(pc, nullptr, &matrix));
+    const OwnPreconditioner* offered = offered_by(matrix, type);
+    if (offered == nullptr) {
+      throw Error("the matrix has no preconditioner " + std::string(type));
+    }
+    check(PCSetApplicationContext(pc, const_cast<OwnPreconditioner*>(offered)));
     const char* name = nullptr;
     check(PCShellGetName(pc, &name));
-    if (name == nullptr || offered.words != name) {  // PETSc would copy it at each set-up.
-      check(PCShellSetName(pc, offered.words.c_str()));
+    if (name == nullptr || offered->words != name) {  // PETSc would copy it at each set-up.
+      check(PCShellSetName(pc, offered->words.c_str()));
     }
-    if (offered.update) {
-      offered.update();
+    if (offered->update) {
+      offered->update();
     }
   });
 }

@@ -221,10 +221,9 @@ void Substructures::precondition(PC pc) {
   }));
 }
 
-Substructures::Entries Substructures::gathered_pattern(MPI_Comm comm, const std::vector<int>& rows,
-                                                       const std::vector<int>& columns) {
-  return {of_all_ranks(comm, rows), of_all_ranks(comm, columns), std::vector<double>(rows.size()),
-          Gatherer(comm, rows.size())};
+Substructures::Entries Substructures::entries_at(MPI_Comm comm, const std::vector<std::size_t>& own_places) {
+  const std::size_t count = own_places.size();
+  return {of_all_ranks(comm, own_places), std::vector<double>(count), Gatherer(comm, count)};
 }
 
 void Substructures::find_pattern(Mat matrix) {
@@ -280,8 +279,10 @@ void Substructures::find_pattern(Mat matrix) {
   inner_factor_ = std::make_unique<Factor>(starts, upper, border);
 
   place_.clear();
-  std::vector<int> entry_rows;
-  std::vector<int> entry_columns;
+  const auto place_of = [this](int row_number, int column_number) {
+    return row_number + static_cast<std::size_t>(column_number) * interface_.size();
+  };
+  std::vector<std::size_t> places;
   PetscInt place = 0;  // in the upper half
   for (PetscInt row = first; row < end; ++row) {
     const int own_number = interface_.number(row);
@@ -291,29 +292,26 @@ void Substructures::find_pattern(Mat matrix) {
         const int number = interface_.number(column);
         to = number >= 0 ? next[number]++ : column <= row ? place++ : -1;
       } else if (column >= row && interface_.number(column) >= 0) {
-        to = static_cast<PetscInt>(entry_rows.size());
-        entry_rows.push_back(interface_.number(column));
-        entry_columns.push_back(own_number);
+        to = static_cast<PetscInt>(places.size());
+        places.push_back(place_of(interface_.number(column), own_number));
       }
       place_.push_back(to);
     }
   }
-  entries_ = gathered_pattern(comm, entry_rows, entry_columns);
-  entry_rows.clear();
-  entry_columns.clear();
+  entries_ = entries_at(comm, places);
+  places.clear();
   for (std::size_t a = 0; a < border.size(); ++a) {
     for (std::size_t b = a; b < border.size(); ++b) {
-      entry_rows.push_back(border[b]);
-      entry_columns.push_back(border[a]);
+      places.push_back(place_of(border[b], border[a]));
     }
   }
-  complements_ = gathered_pattern(comm, entry_rows, entry_columns);
+  complements_ = entries_at(comm, places);
 }
 
 void Substructures::add_to_interface(const Entries& entries, double factor) {
   entries.all.gather(entries.own.data(), gathered_);
   for (std::size_t k = 0; k < gathered_.size(); ++k) {
-    matrix_(entries.rows[k], entries.columns[k]) += factor * gathered_[k];
+    matrix_.data()[entries.places[k]] += factor * gathered_[k];
   }
 }
 

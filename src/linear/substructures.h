@@ -40,13 +40,12 @@ class Substructures {
   class Factor;
   /// Values of all ranks that are added to the interface's matrix, in their order.
   struct Entries {
-    std::vector<int> rows;
-    std::vector<int> columns;
-    std::vector<double> own;  ///< values of this rank
+    std::vector<std::size_t> places;  ///< in the matrix, by columns
+    std::vector<double> own;          ///< values of this rank
     Gatherer all;
   };
   void find_pattern(Mat matrix);
-  static Entries gathered_pattern(MPI_Comm comm, const std::vector<int>& rows, const std::vector<int>& columns);
+  static Entries entries_at(MPI_Comm comm, const std::vector<std::size_t>& own_places);
   void add_to_interface(const Entries& entries, double factor);
 
   RankInterface interface_;

@@ -157,8 +157,14 @@ double scale_of(std::size_t part, Eigen::Index column) {
 /// A chain of springs, with volumes that cost energy and have pressures among the unknowns. Every rank has its
 /// vertices, but the second part is not owned by the first of several ranks.
 struct ChainPart : StepPart {
-  explicit ChainPart(std::size_t part) : number(part), layout(layout_of(part)), springs(layout, chain(part)) {
-    all_potentials = {&springs};
+  explicit ChainPart(std::size_t part)
+      : StepPart(layout, corners, part == 0 ? 1e-6 : 1e-4),
+        number(part),
+        layout(layout_of(part)),
+        springs(layout, chain(part)) {
+    potentials_ = {&springs};
+    length_scale_ = part == 0 ? 1 : 2;
+    force_scale_ = part == 0 ? 30 : 50;
     first_place = Field(layout, 3);
     place = Field(layout, 3);
     directions = Projectors(static_cast<std::size_t>(layout.local()));
@@ -172,10 +178,7 @@ struct ChainPart : StepPart {
 
   PetscInt local(PetscInt global) const { return LocalNumbers(layout).find(global); }
 
-  const Layout& vertices() const override { return layout; }
-  const std::vector<std::array<PetscInt, 3>>& triangles() const override { return corners; }
   const Projectors& projectors() const override { return directions; }
-  const std::vector<Potential*>& potentials() const override { return all_potentials; }
   const Field& start() const override { return first_place; }
   const Field& position() const override { return place; }
   bool move_to(const Field& position, const Eigen::VectorXd& own) override {
@@ -236,9 +239,6 @@ struct ChainPart : StepPart {
     }
     return ((unmixed_columns(number) * mixing_of(number)).transpose() * x).array() - wanted;
   }
-  double tolerance() const override { return number == 0 ? 1e-6 : 1e-4; }
-  double length_scale() const override { return number == 0 ? 1 : 2; }
-  double force_scale() const override { return number == 0 ? 30 : 50; }
   bool suits_patches() const override { return can_patch; }
   double rounding() const override { return number == 0 ? 1e-9 : 1e-8; }
 
@@ -270,7 +270,6 @@ struct ChainPart : StepPart {
   Springs springs;
   std::vector<std::array<PetscInt, 3>> corners;
   Projectors directions;
-  std::vector<Potential*> all_potentials;
   Field first_place;
   Field place;
   Eigen::VectorXd pressures;
