@@ -88,9 +88,7 @@ RigidPatches::RigidPatches(KSP solver, const Tangent& tangent, const std::vector
                        interpolation_.create()));
   set_shell_operation<&RigidPatches::interpolate>(interpolation_, MATOP_MULT);
   set_shell_operation<&RigidPatches::restrict_to_patches>(interpolation_, MATOP_MULT_TRANSPOSE);
-  PC pc = nullptr;
-  check(KSPGetPC(solver, &pc));
-  set_levels(pc);
+  set_levels(preconditioner_of(solver));
   number_reach();
 }
 
@@ -99,7 +97,6 @@ RigidPatches::RigidPatches(KSP solver, const Tangent& tangent, const std::vector
 /// too large for these, algebraic multigrid shares the work: ML's, symmetric Gauss-Seidel by default.
 void RigidPatches::set_levels(PC pc) {
   KSP smoother = nullptr;
-  PC smoother_pc = nullptr;
   check(PCMGSetLevels(pc, 2, nullptr));
   check(PCMGSetType(pc, PC_MG_ADDITIVE));
   // PETSc would tell restriction and interpolation apart by their numbers of rows, which may be equal.
@@ -111,14 +108,12 @@ void RigidPatches::set_levels(PC pc) {
   check(MatCreateVecs(interpolation_, scale.create(), nullptr));
   check(PCMGSetRScale(pc, 1, scale));
   check(PCMGGetSmoother(pc, 1, &smoother));
-  check(KSPGetPC(smoother, &smoother_pc));
   check(KSPSetType(smoother, KSPPREONLY));
-  check(PCSetType(smoother_pc, PCPBJACOBI));
+  check(PCSetType(preconditioner_of(smoother), PCPBJACOBI));
   check(PCMGGetCoarseSolve(pc, &coarse_solver_));
   constexpr PetscInt most_in_interface = 300;
-  PC coarse_pc = nullptr;
+  const PC coarse_pc = preconditioner_of(coarse_solver_);
   PetscInt unknowns = 0;
-  check(KSPGetPC(coarse_solver_, &coarse_pc));
   check(MatGetSize(interpolation_, nullptr, &unknowns));
   const PetscInt patches = unknowns / 6;
   const int ranks = ranks_of(tangent_.vertices().comm);

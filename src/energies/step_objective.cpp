@@ -351,12 +351,8 @@ double StepObjective::residual_norm() const {
   return std::sqrt(sum_over_ranks(comm(), own));
 }
 
-bool StepObjective::inverts() const {
-  return std::any_of(parts_.begin(), parts_.end(), [](const StepPart* part) { return part->inverts(); });
-}
-
-bool StepObjective::suits_patches() const {
-  return std::any_of(parts_.begin(), parts_.end(), [](const StepPart* part) { return part->suits_patches(); });
+bool StepObjective::any(bool (StepPart::*is)() const) const {
+  return std::any_of(parts_.begin(), parts_.end(), [is](const StepPart* part) { return (part->*is)(); });
 }
 
 double StepObjective::largest(double (StepPart::*of)() const) const {

@@ -90,7 +90,7 @@ class StepObjective {
   /// The norm of the last residual of the positions [N]. Collective.
   double residual_norm() const;
   /// Whether elements of any part can turn over. Not collective.
-  bool inverts() const;
+  bool inverts() const { return any(&StepPart::inverts); }
   /// StepPart::inverted, summed over the parts. Collective.
   double inverted(const Field& from, const Field& to) const;
   /// Changes the descent y of Newton's step from x to x - y: removes rounding in constrained directions, and shortens
@@ -117,7 +117,7 @@ class StepObjective {
   bool blends() const;
 
   /// Whether RigidPatches suit any part (StepPart::suits_patches). Not collective.
-  bool suits_patches() const;
+  bool suits_patches() const { return any(&StepPart::suits_patches); }
   /// The part that follows arc length, or null. Not collective.
   StepPart* path() const { return parts_.front()->follows_path() ? parts_.front() : nullptr; }
 
@@ -132,6 +132,7 @@ class StepObjective {
   /// Positions of a part if those of all parts are x.
   const Field& place(std::size_t part, const Field& x, std::size_t which = 0) const;
   Eigen::VectorXd of_parts(Eigen::VectorXd (StepPart::*of)() const) const;
+  bool any(bool (StepPart::*is)() const) const;
   double largest(double (StepPart::*of)() const) const;
 
   std::vector<StepPart*> parts_;

@@ -6,7 +6,6 @@
 
 #include "base/error.h"
 #include "base/sorting.h"
-#include "energies/tangent_products.h"
 #include "linear/ksp.h"
 #include "linear/shell_operations.h"
 #include "parallel/collective.h"

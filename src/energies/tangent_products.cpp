@@ -1,7 +1,6 @@
-#include "energies/tangent_products.h"
-
 #include "base/error.h"
 #include "base/handle.h"
+#include "energies/tangent.h"
 #include "linear/shell_operations.h"
 
 #if defined(__x86_64__)

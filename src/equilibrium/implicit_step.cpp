@@ -92,19 +92,15 @@ ImplicitStep::ImplicitStep(StepObjective& objective, const NewtonOptions& option
               solver_defaults(options_, objective.suits_patches(), may_factorise_)) {
   // SNES needs a tolerance below 1. A part's own tolerance is used in the scaling of residuals.
   options_.snes_rtol = std::min(options_.snes_rtol, largest_rtol);
-  KSPType type = nullptr;
-  PC pc = nullptr;
-  PCType preconditioner = nullptr;
-  check(KSPGetType(system_.solver(), &type));
-  is_direct_ = std::string(type) == KSPPREONLY;
-  check(KSPGetPC(system_.solver(), &pc));
-  check(PCGetType(pc, &preconditioner));
+  const PC pc = preconditioner_of(system_.solver());
+  is_direct_ = has_type(system_.solver(), {KSPPREONLY});
   if (has_type(pc, {PCMG})) {
     patches_.emplace(system_.solver(), objective.tangent(), objective.triangles(), options.patch_size);
   }
-  solver_words_ = options_.factor == TangentFactorisation::always
-                      ? "cg with a factorisation"
-                      : std::string(type) + ", " + preconditioner + (patches_ ? " with rigid patches" : "");
+  solver_words_ =
+      options_.factor == TangentFactorisation::always
+          ? "cg with a factorisation"
+          : std::string(type_of(system_.solver())) + ", " + type_of(pc) + (patches_ ? " with rigid patches" : "");
   if (may_factorise_ || options_.factor == TangentFactorisation::always) {
     TangentFactor::check_options(objective.vertices().comm, options_.solver_prefix);
   }

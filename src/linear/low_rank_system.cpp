@@ -84,8 +84,7 @@ Eigen::VectorXd LowRankSystem::project(Vec x) const {
 /// The solver, and the smoother of its multigrid, which keeps the operators that it has.
 std::vector<KSP> LowRankSystem::solvers() const {
   std::vector<KSP> solvers{solver_};
-  PC pc = nullptr;
-  check(KSPGetPC(solver_, &pc));
+  const PC pc = preconditioner_of(solver_);
   if (has_type(pc, {PCMG})) {
     PetscInt levels = 0;
     check(PCMGGetLevels(pc, &levels));

@@ -23,9 +23,8 @@ const OwnPreconditioner* offered_by(Mat matrix, const std::string& type) {
 
 PetscErrorCode set_up(PC pc) {
   return as_petsc_callback([&] {
-    PCType type = nullptr;
+    const PCType type = type_of(pc);
     Mat matrix = nullptr;
-    check(PCGetType(pc, &type));
     check(PCGetOperators(pc, nullptr, &matrix));
     const OwnPreconditioner* offered = offered_by(matrix, type);
     if (offered == nullptr) {
@@ -54,9 +53,7 @@ PetscErrorCode apply(PC pc, Vec in, Vec out) {
 /// Makes a preconditioner of an own type: a shell that keeps the type's name, as in the options.
 PetscErrorCode create(PC pc) {
   return as_petsc_callback([&] {
-    PCType given = nullptr;
-    check(PCGetType(pc, &given));
-    const std::string type = given;  // PCSetType frees the name.
+    const std::string type = type_of(pc);  // PCSetType frees the name.
     check(PCSetType(pc, PCSHELL));
     check(PCShellSetSetUp(pc, set_up));
     check(PCShellSetApply(pc, apply));

@@ -10,6 +10,7 @@
 
 #include "base/error.h"
 #include "base/handle.h"
+#include "base/sorting.h"
 #include "linear/shell_operations.h"
 
 namespace pellicle::linear {
@@ -221,11 +222,6 @@ void Substructures::precondition(PC pc) {
   }));
 }
 
-Substructures::Entries Substructures::entries_at(MPI_Comm comm, const std::vector<std::size_t>& own_places) {
-  const std::size_t count = own_places.size();
-  return {of_all_ranks(comm, own_places), std::vector<double>(count), Gatherer(comm, count)};
-}
-
 void Substructures::find_pattern(Mat matrix) {
   const MPI_Comm comm = comm_of(matrix);
   PetscInt first = 0;
@@ -262,9 +258,10 @@ void Substructures::find_pattern(Mat matrix) {
     }
     starts.push_back(static_cast<int>(upper.size()));
   }
-  std::vector<bool> is_coupled(in_column.size());
-  std::transform(in_column.begin(), in_column.end(), is_coupled.begin(), [](const auto& of) { return !of.empty(); });
-  interface_.set_border(is_coupled, 1);
+  std::vector<int> coupled = numbers_up_to(in_column.size());
+  const auto is_alone = [&](int number) { return in_column[number].empty(); };
+  coupled.erase(std::remove_if(coupled.begin(), coupled.end(), is_alone), coupled.end());
+  interface_.set_border(std::move(coupled), 1);
   const std::vector<int>& border = interface_.border();
   std::vector<int> next(in_column.size());  // place of a column's next entry
   for (std::size_t b = 0; b < border.size(); ++b) {
@@ -298,14 +295,14 @@ void Substructures::find_pattern(Mat matrix) {
       place_.push_back(to);
     }
   }
-  entries_ = entries_at(comm, places);
+  entries_ = Entries(comm, places);
   places.clear();
   for (std::size_t a = 0; a < border.size(); ++a) {
     for (std::size_t b = a; b < border.size(); ++b) {
       places.push_back(place_of(border[b], border[a]));
     }
   }
-  complements_ = entries_at(comm, places);
+  complements_ = Entries(comm, places);
 }
 
 void Substructures::add_to_interface(const Entries& entries, double factor) {

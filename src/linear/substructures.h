@@ -40,12 +40,15 @@ class Substructures {
   class Factor;
   /// Values of all ranks that are added to the interface's matrix, in their order.
   struct Entries {
+    Entries() = default;
+    Entries(MPI_Comm comm, const std::vector<std::size_t>& own_places)
+        : places(of_all_ranks(comm, own_places)), own(own_places.size()), all(comm, own.size()) {}
+
     std::vector<std::size_t> places;  ///< in the matrix, by columns
     std::vector<double> own;          ///< values of this rank
     Gatherer all;
   };
   void find_pattern(Mat matrix);
-  static Entries entries_at(MPI_Comm comm, const std::vector<std::size_t>& own_places);
   void add_to_interface(const Entries& entries, double factor);
 
   RankInterface interface_;
