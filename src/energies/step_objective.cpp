@@ -87,8 +87,7 @@ StepObjective::StepObjective(const std::vector<StepPart*>& parts, Potential* bet
       if (parts_.size() == 1) {  // With one part its numbers are those of the whole.
         potentials_.push_back(potential);
       } else {
-        adapted_.push_back(std::make_unique<PartPotential>(*potential, joined_, p, part.vertices()));
-        potentials_.push_back(adapted_.back().get());
+        potentials_.push_back(&adapted_.emplace_back(*potential, joined_, p, part.vertices()));
       }
     }
     if (parts_.size() > 1) {

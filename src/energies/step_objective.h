@@ -1,5 +1,6 @@
 #pragma once
 
+#include <deque>
 #include <functional>
 #include <memory>
 #include <utility>
@@ -138,7 +139,7 @@ class StepObjective {
   std::vector<StepPart*> parts_;
   Joint joint_;
   JoinedLayout joined_;
-  std::vector<std::unique_ptr<Potential>> adapted_;
+  std::deque<PartPotential> adapted_;   ///< potentials of each of several parts
   Potential* between_;                  ///< null: none
   std::vector<Potential*> potentials_;  ///< of all parts and between them, as functions of all positions
   std::unique_ptr<Tangent> tangent_;

@@ -32,10 +32,8 @@ Tangent::Tangent(const Layout& vertices, std::vector<Potential*> potentials, Pro
     }
   }
   if (is_shell()) {
-    check(MatCreateShell(vertices_.comm, 3 * owned(), 3 * owned(), PETSC_DETERMINE, PETSC_DETERMINE, this,
-                         matrix_.create()));
+    matrix_ = symmetric_shell<&Tangent::multiply>(vertices_.comm, 3 * owned(), this);
     check(MatSetBlockSize(matrix_, 3));
-    set_symmetric_product<&Tangent::multiply>(matrix_);
     set_shell_operation<&Tangent::copy_diagonal>(matrix_, MATOP_GET_DIAGONAL);
     set_shell_operation<&Tangent::give_inverse_blocks>(matrix_, MATOP_INVERT_BLOCK_DIAGONAL);
     check(MatSetOption(matrix_, MAT_SYMMETRIC, PETSC_TRUE));

@@ -15,8 +15,7 @@ LowRankSystem::LowRankSystem(Mat sparse, int columns, const std::string& prefix,
   check(MatGetLocalSize(sparse, &rows_, nullptr));
   low_rank_ = LowRank(Eigen::SparseMatrix<double>(rows_, columns), Eigen::VectorXd::Zero(columns));
   if (columns > 0) {
-    check(MatCreateShell(comm_of(sparse), rows_, rows_, PETSC_DETERMINE, PETSC_DETERMINE, this, matrix_.create()));
-    set_symmetric_product<&LowRankSystem::multiply>(matrix_);
+    matrix_ = symmetric_shell<&LowRankSystem::multiply>(comm_of(sparse), rows_, this);
     check(MatCreateVecs(sparse, projected_.create(), nullptr));
   }
   solver_ = make_ksp(matrix(), sparse, prefix, defaults);
@@ -117,11 +116,10 @@ void LowRankSystem::forget_pattern() {
 }
 
 LinearResult LowRankSystem::solve(Vec right_hand_side, Vec solution, const LinearNeed* need) {
-  if (other_solver_ != nullptr) {
-    return pellicle::solve(other_solver_, right_hand_side, solution, need);
+  if (solves_sparse_alone_ && other_solver_ == nullptr) {
+    return solve_by_woodbury(right_hand_side, solution);
   }
-  return solves_sparse_alone_ ? solve_by_woodbury(right_hand_side, solution)
-                              : pellicle::solve(solver_, right_hand_side, solution, need);
+  return pellicle::solve(other_solver_ != nullptr ? other_solver_ : solver_, right_hand_side, solution, need);
 }
 
 /// With Z = T^-1 G: A^-1 r = T^-1 r - Z (1 + C G^T Z)^-1 C G^T T^-1 r.
