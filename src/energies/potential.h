@@ -10,8 +10,8 @@
 
 namespace pellicle::energies {
 
-/// Kinds of second derivative of a potential, as ends of the way from one to the other. Potentials that cannot go a
-/// part of it take any number but `psd` for `exact`.
+/// Kinds of second derivative of a potential: both ends of a way of which some potentials can also go a part. For the
+/// others every number but `psd` means `exact`.
 struct Curvature {
   static constexpr double exact = 0;
   static constexpr double psd = 1;  ///< a projection of it that is positive semi-definite whatever the state

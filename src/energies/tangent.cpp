@@ -270,8 +270,7 @@ void Tangent::assemble(bool is_positive) {
 
 void Tangent::visit(HessianTerms& terms) const {
   for (PetscInt i = 0; i < owned(); ++i) {
-    const std::size_t row = i;
-    for (std::size_t k = rows_.offsets[row]; k < static_cast<std::size_t>(rows_.offsets[row + 1]); ++k) {
+    for (PetscInt k = rows_.offsets[i]; k < rows_.offsets[i + 1]; ++k) {
       terms.add_block(i, rows_.local_columns[k], rows_.blocks[k]);
     }
     if (definite_ > 0) {

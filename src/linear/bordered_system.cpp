@@ -10,7 +10,7 @@
 
 namespace pellicle::linear {
 
-Border::Border(LowRankSystem& part, int size) : part_(part), size_(size), rank_(rank_of(comm_of(part.sparse()))) {
+Border::Border(LowRankSystem& part, int size) : part_(part), size_(size) {
   const MPI_Comm comm = comm_of(part_.sparse());
   const PetscInt all = static_cast<PetscInt>(rows()) + border_rows();
   check(MatCreateShell(comm, all, all, PETSC_DETERMINE, PETSC_DETERMINE, this, matrix_.create()));
@@ -44,7 +44,7 @@ BorderedSystem::BorderedSystem(LowRankSystem& part, std::vector<int> columns, Ei
     part_.hold(columns_);
     return;
   }
-  for (int border = 0; border < size(); ++border) {
+  for (int border = 0; border < size_; ++border) {
     check(VecDuplicate(part_solution_, influence_.emplace_back().create()));
   }
 }
@@ -101,7 +101,7 @@ LinearResult BorderedSystem::eliminate(const Eigen::VectorXd& wanted) {
   weights(columns_) = part_.low_rank().coefficients(columns_).cwiseProduct(wanted);
   VecValues{part_right_hand_side_} += part_.low_rank().times(weights);
   LinearResult result = part_.solve(part_right_hand_side_, part_solution_);
-  for (int border = 0; border < size() && result.converged; ++border) {
+  for (int border = 0; border < size_ && result.converged; ++border) {
     copy_to(work_, part_.low_rank().column(columns_[border]));
     result.go_on(part_.solve(work_, influence_[border]));
   }
@@ -111,8 +111,8 @@ LinearResult BorderedSystem::eliminate(const Eigen::VectorXd& wanted) {
   std::vector<Vec> vectors(influence_.begin(), influence_.end());
   vectors.push_back(part_solution_);
   const Eigen::MatrixXd system = part_.column_products(vectors)(columns_, Eigen::all);  // g.b, g.a
-  scaled_border_ = system.leftCols(size()).partialPivLu().solve(wanted - system.col(size()));
-  check(VecMAXPY(part_solution_, size(), scaled_border_.data(), vectors.data()));
+  scaled_border_ = system.leftCols(size_).partialPivLu().solve(wanted - system.col(size_));
+  check(VecMAXPY(part_solution_, size_, scaled_border_.data(), vectors.data()));
 
   double curvature = 0;
   check(MatMult(part_.matrix(), part_solution_, work_));
