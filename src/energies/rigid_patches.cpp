@@ -256,14 +256,14 @@ class RigidPatches::Sum : public HessianTerms {
     }
     Eigen::Matrix3d allowed = block;
     if (all_.is_bound(row)) {
-      allowed = projector(row) * block;
+      allowed = all_.projector(row) * block;
     }
     if (!is_own_column) {
       forces_.noalias() += allowed * all_.motion(column);
       return;
     }
     if (all_.is_bound(column)) {
-      allowed *= projector(column);
+      allowed *= all_.projector(column);
     }
     if (row == column) {
       allowed *= 0.5;
@@ -380,7 +380,6 @@ class RigidPatches::Sum : public HessianTerms {
   PetscInt patch(PetscInt vertex) const { return all_.patch_[vertex]; }
   /// Whether a local vertex is this rank's and may move in all directions.
   bool is_free(PetscInt vertex) const { return vertex < owned_ && !all_.is_bound(vertex); }
-  const Eigen::Matrix3d& projector(PetscInt vertex) const { return all_.projector(vertex); }
 
   /// A force with its moment about the start of its arm.
   static Movement forces_of(const Eigen::Vector3d& force, const Eigen::Vector3d& arm) {

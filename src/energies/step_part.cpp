@@ -20,11 +20,6 @@ double PartOfPotentials::value() {
   return sum_over_ranks(comm(), value_);
 }
 
-const Eigen::Matrix3Xd& PartOfPotentials::gradient() {
-  evaluate();
-  return gradient_;
-}
-
 void PartOfPotentials::evaluate() {
   if (std::exchange(is_evaluated_, true)) {
     return;

@@ -114,7 +114,10 @@ class PartOfPotentials : public StepPart {
   bool move_to(const Field& position, const Eigen::VectorXd& own) override;
   void forget() override { is_evaluated_ = false; }
   double value() override;
-  const Eigen::Matrix3Xd& gradient() override;
+  const Eigen::Matrix3Xd& gradient() override {
+    evaluate();
+    return gradient_;
+  }
   const std::vector<double>& squared_forces() const override { return squares_; }
 
  protected:

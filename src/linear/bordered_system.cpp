@@ -136,11 +136,6 @@ LoadBorder::LoadBorder(LowRankSystem& part) : Border(part, 1), load_(Eigen::Vect
   check(VecDuplicate(part_solution_, influence_.create()));
 }
 
-void LoadBorder::update(const Eigen::VectorXd& load, double scale) {
-  load_ = load;
-  scale_ = scale;
-}
-
 LinearResult LoadBorder::solve(Vec right_hand_side, Vec solution) {
   // S g.x = q, so that A x + l z = r + rho g q/S; x = a - z b with b = A^-1 l.
   const double wanted = border_values(right_hand_side)[0] / scale_;

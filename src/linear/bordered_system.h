@@ -85,7 +85,10 @@ class LoadBorder : public Border {
   explicit LoadBorder(LowRankSystem& part);
 
   /// Sets l and S. @param load l of the owned rows @param scale S
-  void update(const Eigen::VectorXd& load, double scale);
+  void update(const Eigen::VectorXd& load, double scale) {
+    load_ = load;
+    scale_ = scale;
+  }
 
   /// Solves; there is no solution if g^T A^-1 l is 0. Collective.
   LinearResult solve(Vec right_hand_side, Vec solution);

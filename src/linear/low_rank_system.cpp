@@ -31,11 +31,6 @@ void LowRankSystem::update(LowRank low_rank) {
   make_basis();
 }
 
-void LowRankSystem::hold(std::vector<int> columns) {
-  constrained_ = std::move(columns);
-  make_basis();
-}
-
 void LowRankSystem::make_basis() {
   if (constrained_.empty()) {
     return;

@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/handle.h"
@@ -38,7 +39,10 @@ class LowRankSystem {
   void update(LowRank low_rank);
 
   /// Holds columns from now on; not with a solver that works with T alone. Collective.
-  void hold(std::vector<int> columns);
+  void hold(std::vector<int> columns) {
+    constrained_ = std::move(columns);
+    make_basis();
+  }
   const std::vector<int>& constrained() const { return constrained_; }
   /// Q, (owned rows x constrained columns), orthonormal over all ranks, of the constrained columns G = Q R.
   const Eigen::MatrixXd& held_basis() const { return basis_; }

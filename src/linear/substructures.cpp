@@ -277,9 +277,9 @@ void Substructures::find_pattern(Mat matrix) {
 
   place_.clear();
   const auto place_of = [this](int row_number, int column_number) {
-    return row_number + static_cast<std::size_t>(column_number) * interface_.size();
+    return row_number + column_number * interface_.size();
   };
-  std::vector<std::size_t> places;
+  std::vector<int> places;
   PetscInt place = 0;  // in the upper half
   for (PetscInt row = first; row < end; ++row) {
     const int own_number = interface_.number(row);

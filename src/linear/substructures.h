@@ -41,11 +41,11 @@ class Substructures {
   /// Values of all ranks that are added to the interface's matrix, in their order.
   struct Entries {
     Entries() = default;
-    Entries(MPI_Comm comm, const std::vector<std::size_t>& own_places)
+    Entries(MPI_Comm comm, const std::vector<int>& own_places)
         : places(of_all_ranks(comm, own_places)), own(own_places.size()), all(comm, own.size()) {}
 
-    std::vector<std::size_t> places;  ///< in the matrix, by columns
-    std::vector<double> own;          ///< values of this rank
+    std::vector<int> places;  ///< in the matrix, by columns
+    std::vector<double> own;  ///< values of this rank
     Gatherer all;
   };
   void find_pattern(Mat matrix);
