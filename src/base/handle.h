@@ -54,6 +54,21 @@ MPI_Comm comm_of(Object* object) {
   return PetscObjectComm(reinterpret_cast<PetscObject>(object));
 }
 
+/// The name of a PETSc object's type; null: it has none. Not collective.
+template <class Object>
+const char* type_of(Object* object) {
+  const char* type = nullptr;
+  check(PetscObjectGetType(reinterpret_cast<PetscObject>(object), &type));
+  return type;
+}
+
+/// The preconditioner of a solver. Not collective.
+inline PC preconditioner_of(KSP solver) {
+  PC preconditioner = nullptr;
+  check(KSPGetPC(solver, &preconditioner));
+  return preconditioner;
+}
+
 /// Whether a PETSc object is of one of some types. Not collective.
 template <class Object>
 bool has_type(Object* object, std::initializer_list<const char*> types) {

@@ -197,7 +197,7 @@ void BodyContact::add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const
 }
 
 std::vector<VertexPair> BodyContact::pattern() const {
-  std::vector<VertexPair> pairs = pairs_of_vertices(surface_.particles);
+  std::vector<VertexPair> pairs = diagonal_pairs(surface_.particles);
   for (const ElementPoint& point : points_) {
     for (const PetscInt row : point.particles) {
       for (const PetscInt column : point.particles) {
@@ -208,8 +208,8 @@ std::vector<VertexPair> BodyContact::pattern() const {
   return pairs;
 }
 
-void BodyContact::update_hessian(const Field& x, Curvature curvature) {
-  gap_curvature_share_ = curvature == Curvature::exact ? 1 - psd_blend_ : 0;
+void BodyContact::update_hessian(const Field& x, double psd_blend) {
+  gap_curvature_share_ = 1 - psd_blend;
   std::fill(hessian_.begin(), hessian_.end(), Eigen::Matrix3d::Zero());
   for (std::size_t b = 0; b < bodies().size(); ++b) {
     for (std::size_t i = 0; i < pressed_[b].size(); ++i) {

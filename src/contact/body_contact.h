@@ -66,8 +66,7 @@ class BodyContact : public Potential {
   void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
   std::vector<VertexPair> pattern() const override;
   PetscInt pattern_version() const override { return version_; }
-  void update_hessian(const Field& x, Curvature curvature) override;
-  void set_psd_blend(double fraction) override { psd_blend_ = fraction; }
+  void update_hessian(const Field& x, double psd_blend) override;
   void add_hessian(const HessianBlocks& blocks) const override;
   void start_from(const Field& start, Field& x, double h) override;
   bool refresh(const Field& x) override;
@@ -143,7 +142,6 @@ class BodyContact : public Potential {
   std::vector<Eigen::Matrix3d> hessian_;  ///< of the owned particles [N/m]
   PetscInt version_ = 0;
   int rounds_ = 0;                  ///< how often Newton's method has gone on in the step
-  double psd_blend_ = 0;            ///< set by set_psd_blend
   double gap_curvature_share_ = 0;  ///< fraction of the bodies' curvature in the Hessian
 };
 

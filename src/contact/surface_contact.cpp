@@ -438,8 +438,8 @@ void SurfaceContact::add_places(const Stencil& stencil, std::vector<std::size_t>
   }
 }
 
-void SurfaceContact::update_hessian(const Field& x, Curvature curvature) {
-  kept_curvature_ = curvature == Curvature::psd ? 0 : 1 - psd_blend_;
+void SurfaceContact::update_hessian(const Field& x, double psd_blend) {
+  kept_curvature_ = 1 - psd_blend;
   if (kept_curvature_ > 0) {
     mesh_.write_points(x, curved_at_);
   }

@@ -71,8 +71,7 @@ class SurfaceContact : public Potential {
   PetscInt pattern_version() const override { return version_; }
   /// Takes the Hessian at the last `update_pattern` of Newton's method. The positive Hessian leaves out the curvature
   /// of gaps.
-  void update_hessian(const Field& x, Curvature curvature) override;
-  void set_psd_blend(double fraction) override { psd_blend_ = fraction; }
+  void update_hessian(const Field& x, double psd_blend) override;
   void add_hessian(const HessianBlocks& blocks) const override;
 
   /// Moves features apart, each sweep as far as there is clearance, until the nearest are at nine tenths of the gap at
@@ -178,8 +177,7 @@ class SurfaceContact : public Potential {
   std::vector<std::size_t> places_of_curved_;   ///< from add_places, one contact after the other
   std::vector<std::size_t> places_of_rubbing_;  ///< of the stencils of the step's friction, one after the other
   Eigen::Matrix3Xd curved_at_;                  ///< places of the mesh's points for the exact Hessian
-  double psd_blend_ = 0;
-  double kept_curvature_ = 0;  ///< fraction of the curvature of gaps in the second derivative
+  double kept_curvature_ = 0;                   ///< fraction of the curvature of gaps in the second derivative
   /// Pairs (i, j) and (j, i), one after the other. Pairs of past contacts stay, which costs less than a new pattern.
   std::vector<VertexPair> pattern_;
   std::unordered_map<std::uint64_t, std::size_t> number_;  ///< in pattern_, by the global numbers of i < j

@@ -76,7 +76,7 @@ BendingPotential::BendingPotential(const Sheet& sheet, const Eigen::Vector3d& wa
   sums_.assign(last_row.size(), 0);
 }
 
-void BendingPotential::update_hessian(const Field& /*x*/, Curvature /*curvature*/) {
+void BendingPotential::update_hessian(const Field& /*x*/, double /*psd_blend*/) {
   // A crack may change the weights and leave every stiffness as it is.
   bool is_same = fits_of_rows_ == stencils_.fits() && rows_of_.size() == stiffness_.size();
   rows_of_.resize(stiffness_.size());

@@ -46,9 +46,8 @@ class BendingPotential : public Potential {
   void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override { add_value_and_gradient(x, gradient); }
   double add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
   std::vector<VertexPair> pattern() const override;
-  void update_hessian(const Field& x, Curvature curvature) override;
+  void update_hessian(const Field& x, double psd_blend) override;
   void add_hessian(const HessianBlocks& blocks) const override;
-  bool multiplies() const override { return true; }
   bool has_terms() const override { return true; }
   void visit(HessianTerms& terms) const override;
 

@@ -2,8 +2,7 @@
 
 #include <vector>
 
-#include "energies/part_of_potentials.h"
-#include "energies/vertex_potential.h"
+#include "energies/step_part.h"
 #include "geometry/projectors.h"
 #include "parallel/field.h"
 #include "surface/surface.h"
@@ -33,10 +32,9 @@ class Inertia : public Potential {
   double value(const Field& x) const override;
   void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override { add_value_and_gradient(x, gradient); }
   double add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
-  std::vector<VertexPair> pattern() const override { return pairs_of_vertices(vertices_); }
-  void update_hessian(const Field& /*x*/, Curvature /*curvature*/) override {}
+  std::vector<VertexPair> pattern() const override { return diagonal_pairs(vertices_); }
+  void update_hessian(const Field& /*x*/, double /*psd_blend*/) override {}
   void add_hessian(const HessianBlocks& blocks) const override;
-  bool multiplies() const override { return true; }
   bool has_terms() const override { return true; }
   void visit(HessianTerms& terms) const override { terms.add_numbers(rows_); }
 

@@ -200,9 +200,9 @@ std::vector<VertexPair> SpringPotential::pattern() const {
   return pairs;
 }
 
-void SpringPotential::update_hessian(const Field& x, Curvature curvature) {
+void SpringPotential::update_hessian(const Field& x, double psd_blend) {
   hessian_.clear();
-  const double compressed = curvature == Curvature::psd ? 0 : 1 - psd_blend_;
+  const double compressed = 1 - psd_blend;
   for (const Spring& spring : springs_) {
     if (!spring.acts()) {
       continue;

@@ -95,10 +95,8 @@ class SpringPotential : public Potential {
   void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override { add_value_and_gradient(x, gradient); }
   double add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
   std::vector<VertexPair> pattern() const override;
-  void update_hessian(const Field& x, Curvature curvature) override;
-  void set_psd_blend(double fraction) override { psd_blend_ = fraction; }
+  void update_hessian(const Field& x, double psd_blend) override;
   void add_hessian(const HessianBlocks& blocks) const override;
-  bool multiplies() const override { return true; }
   bool has_terms() const override { return true; }
   void visit(HessianTerms& terms) const override { terms.add_differences(hessian_); }
 
@@ -120,7 +118,6 @@ class SpringPotential : public Potential {
 
   const Sheet* sheet_;
   std::optional<StrainLimit> limit_;
-  double psd_blend_ = 0;
   std::vector<Spring> springs_;          ///< sorted by a, the smaller end, then b
   std::vector<Dashpot> dashpots_;        ///< of each spring
   std::vector<DifferenceTerm> hessian_;  ///< of the springs that act, in order

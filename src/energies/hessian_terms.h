@@ -62,14 +62,12 @@ class HessianTerms {
   virtual void add_numbers(const NumberRows& rows);
 
  protected:
-  PetscInt owned() const { return owned_; }
   /// Adds the blocks of a term.
   void add_blocks(const DifferenceTerm& term);
   /// Adds the two blocks of an owned vertex and the vertex of an entry of its row.
   void add_blocks(const NumberRows& rows, PetscInt row, std::size_t entry);
 
- private:
-  PetscInt owned_;
+  const PetscInt owned_;
 };
 
 /// Passes the blocks of a Hessian to a function of an owned row, a column and a block.

@@ -10,10 +10,11 @@
 
 namespace pellicle::energies {
 
-/// Kind of second derivative of a potential.
-enum class Curvature {
-  exact,
-  psd  ///< a projection of it that is positive semi-definite whatever the state
+/// Kinds of second derivative of a potential: both ends of a way of which some potentials can also go a part. For the
+/// others every number but `psd` means `exact`.
+struct Curvature {
+  static constexpr double exact = 0;
+  static constexpr double psd = 1;  ///< a projection of it that is positive semi-definite whatever the state
 };
 
 /// Way to shorten a step that is too long for some vertices.
@@ -28,6 +29,15 @@ struct VertexPair {
   PetscInt column = 0;  ///< global vertex, of any rank
 };
 
+/// The pairs of each owned vertex with itself.
+inline std::vector<VertexPair> diagonal_pairs(const Layout& vertices) {
+  std::vector<VertexPair> pairs;
+  for (PetscInt i = 0; i < vertices.owned; ++i) {
+    pairs.push_back({i, vertices.to_global(i)});
+  }
+  return pairs;
+}
+
 /// Takes the blocks of a Hessian, one for each pair of its pattern.
 class HessianBlocks {
  public:
@@ -37,6 +47,20 @@ class HessianBlocks {
   virtual void add(std::size_t pair, const Eigen::Matrix3d& block) const = 0;
   /// Whether blocks of two different vertices are needed; if not, they may be left out.
   virtual bool wants_off_diagonal() const { return true; }
+};
+
+/// Passes the blocks of a Hessian to a function of their number in the pattern and a block.
+template <class Take>
+class TakenPairs : public HessianBlocks {
+ public:
+  explicit TakenPairs(const Take& take, bool wants_off_diagonal = true)
+      : take_(take), wants_off_diagonal_(wants_off_diagonal) {}
+  void add(std::size_t pair, const Eigen::Matrix3d& block) const override { take_(pair, block); }
+  bool wants_off_diagonal() const override { return wants_off_diagonal_; }
+
+ private:
+  const Take& take_;
+  bool wants_off_diagonal_;
 };
 
 /// A part of the energy that a step makes stationary, as a function of the positions x of a layout's vertices: the
@@ -65,11 +89,9 @@ class Potential {
   /// Grows whenever the pattern changes, by as much on every rank. Not collective.
   virtual PetscInt pattern_version() const { return 0; }
 
-  /// Evaluates the Hessian at x, for add_hessian and products.
-  virtual void update_hessian(const Field& x, Curvature curvature) = 0;
-  /// Moves the exact Hessian towards the positive one by this fraction, 0 to 1, from the next update on, if the
-  /// potential supports it. Not collective.
-  virtual void set_psd_blend(double /*share*/) {}
+  /// Evaluates the Hessian at x, for add_hessian and products. @param psd_blend of the way from the exact Hessian to
+  /// the positive one, 0 to 1
+  virtual void update_hessian(const Field& x, double psd_blend) = 0;
   /// Adds the blocks of the last Hessian. Not collective.
   virtual void add_hessian(const HessianBlocks& blocks) const = 0;
 
@@ -90,9 +112,8 @@ class Potential {
   virtual bool limit(const Field& /*x*/, StepLimit /*how*/, Eigen::Ref<Eigen::Matrix3Xd> /*step*/) { return false; }
 
   /// Whether a matrix-free tangent uses this potential's terms or `add_product` instead of its blocks. Not collective.
-  virtual bool multiplies() const { return false; }
-  /// Whether a potential that `multiplies` gives its Hessian by `visit`, not by products; then it couples local
-  /// vertices only. Not collective.
+  virtual bool multiplies() const { return has_terms(); }
+  /// Whether it gives its Hessian by `visit`, not by products; then it couples local vertices only. Not collective.
   virtual bool has_terms() const { return false; }
   /// Adds H w to `result`, both (3 x local); ghosts get only a part of their sum. Not collective.
   virtual void add_product(const double* /*w*/, double* /*result*/) const {}

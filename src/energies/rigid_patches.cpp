@@ -53,60 +53,26 @@ void add_to(Block& block, const Eigen::Matrix4d& moments) {
 
 /// Refuses options for levels that the patches do not have.
 void check_options(KSP solver, TangentMatrix type) {
-  char wanted[64] = "additive";
+  const std::string option = "-" + prefix_of(solver) + "pc_mg";
+  const std::string wanted = option_value(option + "_type").value_or("additive");
   PetscInt levels = 2;
-  const char* prefix = nullptr;
-  check(KSPGetOptionsPrefix(solver, &prefix));
-  check(PetscOptionsGetString(nullptr, prefix, "-pc_mg_type", wanted, sizeof wanted, nullptr));
-  check(PetscOptionsGetInt(nullptr, prefix, "-pc_mg_levels", &levels, nullptr));
-  if (std::string(wanted) != "additive" || levels != 2) {
-    throw Error(std::string("-") + prefix + "pc_mg_" +
-                (levels != 2 ? "levels " + std::to_string(levels) : std::string("type ") + wanted) +
+  check(PetscOptionsGetInt(nullptr, nullptr, (option + "_levels").c_str(), &levels, nullptr));
+  if (wanted != "additive" || levels != 2) {
+    throw Error(option + (levels != 2 ? "_levels " + std::to_string(levels) : "_type " + wanted) +
                 ": the patches are one coarse level, added to the blocks of the diagonal; expected additive, 2 levels");
   }
   if (type == TangentMatrix::sbaij) {
-    throw Error("-" + std::string(prefix) +
+    throw Error("-" + prefix_of(solver) +
                 "pc_type mg: needs all entries of the matrix, expected mat_type baij, aij or shell");
   }
 }
 
 }  // namespace
 
-std::unique_ptr<RigidPatches> RigidPatches::of(KSP solver, const Tangent& tangent,
-                                               const std::vector<std::array<PetscInt, 3>>& triangles, int patch_size) {
-  PC pc = nullptr;
-  check(KSPGetPC(solver, &pc));
-  if (!has_type(pc, {PCMG})) {
-    return nullptr;
-  }
-  check_options(solver, tangent.type());
-  std::unique_ptr<RigidPatches> patches(new RigidPatches(solver, tangent, triangles, patch_size));
-  KSP smoother = nullptr;
-  PC smoother_pc = nullptr;
-  check(PCMGSetLevels(pc, 2, nullptr));
-  check(PCMGSetType(pc, PC_MG_ADDITIVE));
-  // PETSc would tell restriction and interpolation apart by their numbers of rows, which may be equal.
-  MatHandle restriction;
-  VecHandle scale;  // of restricted states, of which there are none
-  check(MatCreateTranspose(patches->interpolation_, restriction.create()));
-  check(PCMGSetInterpolation(pc, 1, patches->interpolation_));
-  check(PCMGSetRestriction(pc, 1, restriction));
-  check(MatCreateVecs(patches->interpolation_, scale.create(), nullptr));
-  check(PCMGSetRScale(pc, 1, scale));
-  check(PCMGGetSmoother(pc, 1, &smoother));
-  check(KSPGetPC(smoother, &smoother_pc));
-  check(KSPSetType(smoother, KSPPREONLY));
-  check(PCSetType(smoother_pc, PCPBJACOBI));
-  check(PCMGGetCoarseSolve(pc, &patches->coarse_solver_));
-  PetscInt coarse_unknowns = 0;
-  check(MatGetSize(patches->interpolation_, nullptr, &coarse_unknowns));
-  patches->set_coarse_solver(coarse_unknowns / 6);
-  return patches;
-}
-
 RigidPatches::RigidPatches(KSP solver, const Tangent& tangent, const std::vector<std::array<PetscInt, 3>>& triangles,
                            int patch_size)
-    : solver_(solver), tangent_(tangent) {
+    : tangent_(tangent) {
+  check_options(solver, tangent.type());
   const Layout& vertices = tangent.vertices();
   const auto owned = static_cast<int>(vertices.owned);
   const int count = owned / patch_size + (owned % patch_size > 0 ? 1 : 0);
@@ -122,23 +88,42 @@ RigidPatches::RigidPatches(KSP solver, const Tangent& tangent, const std::vector
                        interpolation_.create()));
   set_shell_operation<&RigidPatches::interpolate>(interpolation_, MATOP_MULT);
   set_shell_operation<&RigidPatches::restrict_to_patches>(interpolation_, MATOP_MULT_TRANSPOSE);
+  set_levels(preconditioner_of(solver));
+  number_reach();
 }
 
-/// Factorises with CHOLMOD, whose blocks suit patches, on several ranks by substructures. Where the interface between
-/// ranks, some 2 sqrt(patches ranks) of the patches of a surface, would be too large for these, algebraic multigrid
-/// shares the work: ML's, symmetric Gauss-Seidel by default.
-void RigidPatches::set_coarse_solver(PetscInt patches) {
+/// Sets the levels of a PCMG. The coarse one is factorised with CHOLMOD, whose blocks suit patches, on several ranks by
+/// substructures. Where the interface between ranks, some 2 sqrt(patches ranks) of the patches of a surface, would be
+/// too large for these, algebraic multigrid shares the work: ML's, symmetric Gauss-Seidel by default.
+void RigidPatches::set_levels(PC pc) {
+  KSP smoother = nullptr;
+  check(PCMGSetLevels(pc, 2, nullptr));
+  check(PCMGSetType(pc, PC_MG_ADDITIVE));
+  // PETSc would tell restriction and interpolation apart by their numbers of rows, which may be equal.
+  MatHandle restriction;
+  VecHandle scale;  // of restricted states, of which there are none
+  check(MatCreateTranspose(interpolation_, restriction.create()));
+  check(PCMGSetInterpolation(pc, 1, interpolation_));
+  check(PCMGSetRestriction(pc, 1, restriction));
+  check(MatCreateVecs(interpolation_, scale.create(), nullptr));
+  check(PCMGSetRScale(pc, 1, scale));
+  check(PCMGGetSmoother(pc, 1, &smoother));
+  check(KSPSetType(smoother, KSPPREONLY));
+  check(PCSetType(preconditioner_of(smoother), PCPBJACOBI));
+  check(PCMGGetCoarseSolve(pc, &coarse_solver_));
   constexpr PetscInt most_in_interface = 300;
-  PC pc = nullptr;
+  const PC coarse_pc = preconditioner_of(coarse_solver_);
+  PetscInt unknowns = 0;
+  check(MatGetSize(interpolation_, nullptr, &unknowns));
+  const PetscInt patches = unknowns / 6;
   const int ranks = ranks_of(tangent_.vertices().comm);
-  check(KSPGetPC(coarse_solver_, &pc));
   if (ranks == 1) {
-    check(PCSetType(pc, PCCHOLESKY));
-    check(PCFactorSetMatSolverType(pc, MATSOLVERCHOLMOD));
+    check(PCSetType(coarse_pc, PCCHOLESKY));
+    check(PCFactorSetMatSolverType(coarse_pc, MATSOLVERCHOLMOD));
   } else if (2 * std::sqrt(static_cast<double>(patches) * ranks) <= most_in_interface) {
-    substructures_.precondition(pc);
+    substructures_.precondition(coarse_pc);
   } else {
-    check(PCSetType(pc, PCML));
+    check(PCSetType(coarse_pc, PCML));
   }
 }
 
@@ -189,7 +174,6 @@ void RigidPatches::number_reach() {
   update_ghosts(reach, patch_);
   has_neighbours_ = on_any_rank(reach.comm, reach.local() > reach.owned);
   motions_ = has_neighbours_ ? Field(reach, 18) : Field();
-  knows_reach_ = true;
 }
 
 /// Motions of an owned vertex by shifts and turns of its patch.
@@ -202,7 +186,6 @@ RigidPatches::Motion RigidPatches::of_body(PetscInt vertex) const {
 /// For each patch an orthonormal basis of its rigid motions, shifts and turns of its shape at x, as far as its vertices
 /// may can move so: single vertices do not turn, and constrained ones do not move.
 void RigidPatches::find_motions(const Field& x) {
-  const auto patches = rows_.size();
   centre_.setZero(3, own_patches());
   count_.setZero(own_patches());
   const PetscInt owned = tangent_.vertices().owned;
@@ -217,7 +200,7 @@ void RigidPatches::find_motions(const Field& x) {
     of_patch = std::max(of_patch, (x.vector(i) - centre_.col(local_patch(i))).norm());
   }
   arm_.resize(3, owned);
-  basis_.assign(patches, Gram::Zero());
+  basis_.assign(rows_.size(), Gram::Zero());
   for (PetscInt i = 0; i < owned; ++i) {
     const PetscInt p = local_patch(i);
     arm_.col(i) = (x.vector(i) - centre_.col(p)) / (radius_[p] > 0 ? radius_[p] : 1);
@@ -234,14 +217,12 @@ void RigidPatches::find_motions(const Field& x) {
     const Motion motion = of_body(i);
     basis_[local_patch(i)] += motion.transpose() * motion;
   }
-  for (std::size_t p = 0; p < patches; ++p) {
-    Gram& gram = basis_[p];
+  for (Gram& gram : basis_) {
     const Eigen::SelfAdjointEigenSolver<Gram> solver(gram);
     constexpr double negligible = 1e-6;
     const double least = negligible * gram.trace();
     for (int k = 0; k < 6; ++k) {
       const double square = solver.eigenvalues()[k];
-      rows_[p].is_idle[k] = square <= least;
       gram.col(k) = (square <= least ? 0 : 1 / std::sqrt(square)) * solver.eigenvectors().col(k);
     }
   }
@@ -275,14 +256,14 @@ class RigidPatches::Sum : public HessianTerms {
     }
     Eigen::Matrix3d allowed = block;
     if (all_.is_bound(row)) {
-      allowed = projector(row) * block;
+      allowed = all_.projector(row) * block;
     }
     if (!is_own_column) {
       forces_.noalias() += allowed * all_.motion(column);
       return;
     }
     if (all_.is_bound(column)) {
-      allowed *= projector(column);
+      allowed *= all_.projector(column);
     }
     if (row == column) {
       allowed *= 0.5;
@@ -332,7 +313,7 @@ class RigidPatches::Sum : public HessianTerms {
 
   void add_numbers(const NumberRows& rows) override {
     const bool has_normals = rows.along != 0;
-    for (PetscInt i = 0; i < owned(); ++i) {
+    for (PetscInt i = 0; i < owned_; ++i) {
       const std::size_t last = rows.offsets[static_cast<std::size_t>(i) + 1];
       PetscInt q = -1;
       Eigen::Vector4d sum;  // of the numbers of a patch, times (1, arm)
@@ -398,8 +379,7 @@ class RigidPatches::Sum : public HessianTerms {
  private:
   PetscInt patch(PetscInt vertex) const { return all_.patch_[vertex]; }
   /// Whether a local vertex is this rank's and may move in all directions.
-  bool is_free(PetscInt vertex) const { return vertex < owned() && !all_.is_bound(vertex); }
-  const Eigen::Matrix3d& projector(PetscInt vertex) const { return all_.projector(vertex); }
+  bool is_free(PetscInt vertex) const { return vertex < owned_ && !all_.is_bound(vertex); }
 
   /// A force with its moment about the start of its arm.
   static Movement forces_of(const Eigen::Vector3d& force, const Eigen::Vector3d& arm) {
@@ -454,7 +434,7 @@ void RigidPatches::fill_coarse() {
   for (PetscInt p = first_patch_; p < first_patch_ + own_patches(); ++p) {
     CoarseBlock& diagonal = coupling(p, p).block;
     for (int k = 0; k < 6; ++k) {  // of any size, since nothing goes there
-      diagonal(k, k) += row(p).is_idle[k] ? 1 : 0;
+      diagonal(k, k) += basis_of(p).col(k).isZero(0) ? 1 : 0;
     }
   }
   if (on_any_rank(comm, !is_whole_)) {
@@ -485,10 +465,6 @@ void RigidPatches::fill_coarse() {
 }
 
 void RigidPatches::refresh(const Field& x) {
-  lag_.renewed();
-  if (!knows_reach_) {
-    number_reach();
-  }
   find_motions(x);
   for (CoarseRow& row : rows_) {
     std::fill(row.couplings.begin(), row.couplings.end(), Coupling());
@@ -501,8 +477,7 @@ void RigidPatches::refresh(const Field& x) {
 }
 
 void RigidPatches::forget_pattern() {
-  lag_.forget();
-  knows_reach_ = false;
+  number_reach();
   for (CoarseRow& row : rows_) {
     row.columns.clear();
     row.couplings.clear();

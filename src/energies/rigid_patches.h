@@ -4,12 +4,10 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <memory>
 #include <vector>
 
 #include "base/handle.h"
 #include "energies/tangent.h"
-#include "linear/preconditioner_lag.h"
 #include "linear/substructures.h"
 #include "parallel/field.h"
 
@@ -26,28 +24,21 @@ class RigidPatches {
  public:
   /// Sets the levels of the solver's PCMG, before the user's options for them (`mg_levels_`, `mg_coarse_`) are read.
   /// Collective.
-  /// @param tangent whose matrix preconditions the solver
+  /// @param solver whose preconditioner is PCMG @param tangent whose matrix it is made from; both must outlive the
+  /// patches
   /// @param triangles local vertices of each triangle, whose edges join vertices
   /// @param patch_size approximate number of vertices of a patch
-  /// @returns null if the solver has another preconditioner. Solver and tangent must outlive the patches.
   /// @throws Error if the tangent is SBAIJ
-  static std::unique_ptr<RigidPatches> of(KSP solver, const Tangent& tangent,
-                                          const std::vector<std::array<PetscInt, 3>>& triangles, int patch_size);
-
+  RigidPatches(KSP solver, const Tangent& tangent, const std::vector<std::array<PetscInt, 3>>& triangles,
+               int patch_size);
   RigidPatches(const RigidPatches&) = delete;  // PETSc's interpolation points to this object.
   RigidPatches& operator=(const RigidPatches&) = delete;
-
-  /// Whether a new coarse level is due (PreconditionerLag::due). To be called once after each solve.
-  bool due() { return lag_.due(solver_); }
-
-  /// Makes a new coarse level due. Not collective.
-  void forget() { lag_.forget(); }
 
   /// Computes the coarse level from the tangent's present values, which must be positive definite. Collective.
   /// @param x positions at which the tangent was updated [m]
   void refresh(const Field& x);
 
-  /// Lets the coarse level be made anew. Must be called when the tangent has a new pattern, before it has values.
+  /// Lets the coarse level be made anew. Must be called when the tangent has a new pattern. Collective.
   void forget_pattern();
 
  private:
@@ -66,12 +57,9 @@ class RigidPatches {
   struct CoarseRow {
     std::vector<PetscInt> columns;  ///< global patches
     std::vector<Coupling> couplings;
-    std::vector<bool> is_idle = std::vector<bool>(6);  ///< motions beyond the rank of the patch's motions
   };
 
-  void set_coarse_solver(PetscInt patches);
-  RigidPatches(KSP solver, const Tangent& tangent, const std::vector<std::array<PetscInt, 3>>& triangles,
-               int patch_size);
+  void set_levels(PC pc);
   void number_reach();
   void find_motions(const Field& x);
   Motion of_body(PetscInt vertex) const;
@@ -89,11 +77,9 @@ class RigidPatches {
   bool is_bound(PetscInt vertex) const { return !tangent_.projectors().is_free(vertex); }
   const Gram& basis_of(PetscInt patch) const { return basis_[patch - first_patch_]; }
 
-  KSP solver_;
   const Tangent& tangent_;
   std::vector<PetscInt> patch_;  ///< global patch of each owned vertex, then of the others in reach
   PetscInt first_patch_ = 0;     ///< global number of this rank's first patch
-  bool knows_reach_ = false;     ///< whether patches of the vertices in reach are known
   bool has_neighbours_ = false;  ///< whether any rank has vertices of others in reach
   Field motions_;                ///< (3 x 6, by columns) of each vertex in reach, if there are neighbours
   std::vector<CoarseRow> rows_;  ///< of this rank's patches
@@ -102,14 +88,14 @@ class RigidPatches {
   Eigen::VectorXd count_;    ///< number of vertices
   Eigen::VectorXd radius_;   ///< so that turns and shifts are of like size [m]
   Eigen::Matrix3Xd arm_;     ///< from the patch's centre to each owned vertex, over its radius
-  std::vector<Gram> basis_;  ///< coordinates, as shifts and turns, of an orthonormal basis of the motions
+  /// Coordinates, as shifts and turns, of an orthonormal basis of the motions; columns beyond their rank are 0.
+  std::vector<Gram> basis_;
   mutable Eigen::Matrix<double, 6, Eigen::Dynamic> movement_;  ///< scratch of interpolate and restrict_to_patches
   bool is_whole_ = false;                                      ///< whether the coarse matrix has all blocks of the rows
   MatHandle interpolation_;                                    ///< shell, (3 vertices x 6 patches)
   MatHandle coarse_;                                           ///< interpolation^T tangent interpolation
   KSP coarse_solver_ = nullptr;
   Substructures substructures_;  ///< of the coarse matrix, where ranks share it
-  PreconditionerLag lag_;
 };
 
 }  // namespace pellicle::energies

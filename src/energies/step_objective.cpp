@@ -25,10 +25,56 @@ std::vector<Layout> vertices_of(const std::vector<StepPart*>& parts) {
 
 }  // namespace
 
-StepObjective::StepObjective(const std::vector<StepPart*>& parts, std::vector<Potential*> between,
-                             const Choice<TangentMatrix>& type, const std::string& prefix)
-    : parts_(parts), joined_(vertices_of(parts)), between_(std::move(between)), position_(joined_.layout(), 3) {
-  if (!between_.empty()) {
+PartPotential::PartPotential(Potential& potential, const JoinedLayout& joined, std::size_t part, const Layout& vertices)
+    : potential_(potential), joined_(joined), part_(part), vertices_(vertices), place_(vertices, 3) {}
+
+void PartPotential::add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const {
+  own_.setZero(3, vertices_.owned);
+  potential_.add_gradient(taken(x), own_);
+  gradient.middleCols(joined_.first_owned(part_), vertices_.owned) += own_;
+}
+
+std::vector<VertexPair> PartPotential::pattern() const {
+  std::vector<VertexPair> pairs = potential_.pattern();
+  for (VertexPair& pair : pairs) {
+    pair = {joined_.local(part_, pair.row), joined_.global(part_, pair.column)};
+  }
+  return pairs;
+}
+
+bool PartPotential::limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matrix3Xd> step) {
+  auto own = step.middleCols(joined_.first_owned(part_), vertices_.owned);
+  if (how != StepLimit::all_alike) {
+    return potential_.limit(taken(x), how, own);
+  }
+  const double before = sum_over_ranks(vertices_.comm, own.squaredNorm());
+  const bool limits = potential_.limit(taken(x), how, own);
+  const double after = sum_over_ranks(vertices_.comm, own.squaredNorm());
+  if (after < before) {  // The steps of the other parts are shortened by the same fraction.
+    const Eigen::Matrix3Xd shortened = own;
+    step *= std::sqrt(after / before);
+    own = shortened;
+  }
+  return limits;
+}
+
+void PartPotential::add_product(const double* w, double* result) const {
+  const PetscInt local = vertices_.local();
+  own_.resize(3, local);
+  more_.setZero(3, local);
+  for (PetscInt i = 0; i < local; ++i) {
+    own_.col(i) = Eigen::Map<const Eigen::Vector3d>(w + 3 * joined_.local(part_, i));
+  }
+  potential_.add_product(own_.data(), more_.data());
+  for (PetscInt i = 0; i < local; ++i) {
+    Eigen::Map<Eigen::Vector3d>(result + 3 * joined_.local(part_, i)) += more_.col(i);
+  }
+}
+
+StepObjective::StepObjective(const std::vector<StepPart*>& parts, Potential* between, const Choice<TangentMatrix>& type,
+                             const std::string& prefix)
+    : parts_(parts), joined_(vertices_of(parts)), between_(between), position_(joined_.layout(), 3) {
+  if (between_ != nullptr) {
     start_ = Field(joined_.layout(), 3);
   }
   Projectors projectors(joined_.layout().local());
@@ -41,22 +87,27 @@ StepObjective::StepObjective(const std::vector<StepPart*>& parts, std::vector<Po
       if (parts_.size() == 1) {  // With one part its numbers are those of the whole.
         potentials_.push_back(potential);
       } else {
-        adapted_.push_back(std::make_unique<PartPotential>(*potential, joined_, p, part.vertices()));
-        potentials_.push_back(adapted_.back().get());
+        potentials_.push_back(&adapted_.emplace_back(*potential, joined_, p, part.vertices()));
       }
     }
     if (parts_.size() > 1) {
       places_.push_back({Field(part.vertices(), 3), Field(part.vertices(), 3)});
-      for (std::array<PetscInt, 3> triangle : part.triangles()) {
-        for (PetscInt& corner : triangle) {
-          corner = joined_.local(p, corner);
-        }
-        triangles_.push_back(triangle);
-      }
     }
   }
-  potentials_.insert(potentials_.end(), between_.begin(), between_.end());
+  if (between_ != nullptr) {
+    potentials_.push_back(between_);
+  }
   tangent_ = std::make_unique<Tangent>(joined_.layout(), potentials_, std::move(projectors), type, prefix);
+}
+
+std::vector<std::array<PetscInt, 3>> StepObjective::triangles() const {
+  std::vector<std::array<PetscInt, 3>> all;
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
+    for (const auto& [a, b, c] : parts_[p]->triangles()) {
+      all.push_back({joined_.local(p, a), joined_.local(p, b), joined_.local(p, c)});
+    }
+  }
+  return all;
 }
 
 /// The parts' own unknowns, one part after the other.
@@ -79,17 +130,17 @@ const Field& StepObjective::place(std::size_t part, const Field& x, std::size_t 
 
 bool StepObjective::begin_step(double h) {
   for (std::size_t p = 0; p < parts_.size(); ++p) {
-    if (!between_.empty()) {
+    if (between_ != nullptr) {
       joined_.put(p, parts_[p]->start(), start_);
     }
     joined_.put(p, parts_[p]->position(), position_);
   }
-  for (Potential* potential : between_) {
-    potential->start_from(start_, position_, h);
+  if (between_ != nullptr) {
+    between_->start_from(start_, position_, h);
   }
   bool all_led = true;
   for (std::size_t p = 0; p < parts_.size(); ++p) {
-    if (!between_.empty()) {
+    if (between_ != nullptr) {
       parts_[p]->move_to(place(p, position_), parts_[p]->own_unknowns());
     }
     all_led = !parts_[p]->leaves_held_behind() && all_led;
@@ -130,13 +181,7 @@ void StepObjective::write_to(Vec unknowns) const {
 }
 
 double StepObjective::value() {
-  double sum = 0;
-  for (const Potential* potential : between_) {
-    sum += potential->value(position_);
-  }
-  if (!between_.empty()) {
-    sum = sum_over_ranks(comm(), sum);
-  }
+  double sum = between_ != nullptr ? sum_over_ranks(comm(), between_->value(position_)) : 0;
   for (StepPart* part : parts_) {
     sum += part->value();
   }
@@ -149,9 +194,9 @@ void StepObjective::compute_residual(Vec residual) {
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     sum.middleCols(joined_.first_owned(p), parts_[p]->vertices().owned) = parts_[p]->gradient();
   }
-  for (const Potential* potential : between_) {
+  if (between_ != nullptr) {
     of_between_.setZero(3, vertices().owned);
-    potential->add_gradient(position_, of_between_);
+    between_->add_gradient(position_, of_between_);
     tangent_->projectors().apply(of_between_);
     sum += of_between_;
   }
@@ -166,16 +211,15 @@ void StepObjective::compute_residual(Vec residual) {
 }
 
 double StepObjective::residual_scale(double rtol) const {
-  std::vector<double>& squares = squares_;
-  squares = squared_residuals_;
+  squares_ = squared_residuals_;
   for (const StepPart* part : parts_) {
-    squares.insert(squares.end(), part->squared_forces().begin(), part->squared_forces().end());
+    squares_.insert(squares_.end(), part->squared_forces().begin(), part->squared_forces().end());
   }
-  sum_over_ranks(comm(), squares);
+  sum_over_ranks(comm(), squares_);
   double all = 0;
   double worst = 0;
   double largest = 0;
-  auto forces = squares.begin() + static_cast<std::ptrdiff_t>(parts_.size());
+  auto forces = squares_.begin() + static_cast<std::ptrdiff_t>(parts_.size());
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     const auto behind = forces + static_cast<std::ptrdiff_t>(parts_[p]->squared_forces().size());
     const double scale =
@@ -183,8 +227,8 @@ double StepObjective::residual_scale(double rtol) const {
     const double allowed = scale * parts_[p]->tolerance() / rtol;
     forces = behind;
     largest = std::max(largest, allowed);
-    all += squares[p];
-    worst = std::max(worst, std::sqrt(squares[p]) / allowed);
+    all += squares_[p];
+    worst = std::max(worst, std::sqrt(squares_[p]) / allowed);
   }
   return worst > 0 ? std::sqrt(all) / worst : largest;
 }
@@ -211,38 +255,30 @@ double StepObjective::inverted(const Field& from, const Field& to) const {
 
 void StepObjective::limit(Vec residual, Vec descent) const {
   const PetscInt owned = vertices().owned;
-  const ConstVecValues gradient(residual);
   VecValues values(descent);
   Eigen::Map<Eigen::Matrix3Xd> down(values.data(), 3, owned);
   tangent_->projectors().apply(down);
-  down = -down;
-  shorten(down, Eigen::Map<const Eigen::Matrix3Xd>(gradient.data(), 3, owned));
-  down = -down;
-}
-
-/// Shortens a step as the potentials require. @param gradient of their sum (3 x owned) [N]
-void StepObjective::shorten(Eigen::Ref<Eigen::Matrix3Xd> step,
-                            const Eigen::Ref<const Eigen::Matrix3Xd>& gradient) const {
   if (std::none_of(potentials_.begin(), potentials_.end(),
                    [](const Potential* potential) { return potential->limits(); })) {
     return;
   }
-  const auto shorten_by = [&](StepLimit how) {
+  const ConstVecValues forces(residual);
+  const Eigen::Ref<const Eigen::Matrix3Xd> gradient = Eigen::Map<const Eigen::Matrix3Xd>(forces.data(), 3, owned);
+  Eigen::Ref<Eigen::Matrix3Xd> step(down);
+  step = -step;
+  const Eigen::Matrix3Xd whole = step;
+  const auto shorten = [&](StepLimit how) {
     bool is_shortened = false;
     for (Potential* potential : potentials_) {
       is_shortened = potential->limit(position_, how, step) || is_shortened;
     }
     return is_shortened;
   };
-  const Eigen::Matrix3Xd whole = step;
-  if (!shorten_by(StepLimit::each_vertex)) {
-    return;
-  }
-  const double slope = sum_over_ranks(comm(), step.cwiseProduct(gradient).sum());
-  if (!(slope < 0)) {
+  if (shorten(StepLimit::each_vertex) && !(sum_over_ranks(comm(), step.cwiseProduct(gradient).sum()) < 0)) {
     step = whole;
-    shorten_by(StepLimit::all_alike);
+    shorten(StepLimit::all_alike);
   }
+  step = -step;
 }
 
 bool StepObjective::refresh() {
@@ -257,21 +293,15 @@ bool StepObjective::refresh() {
 }
 
 int StepObjective::columns() const {
-  int sum = 0;
-  for (const StepPart* part : parts_) {
-    sum += part->columns();
-  }
-  return sum;
+  return std::accumulate(parts_.begin(), parts_.end(), 0,
+                         [](int sum, const StepPart* part) { return sum + part->columns(); });
 }
 
 void StepObjective::update_tangent(LowRankSystem& system, double psd_blend) {
   for (StepPart* part : parts_) {
     part->begin_tangent(psd_blend);
   }
-  for (Potential* potential : between_) {
-    potential->set_psd_blend(psd_blend);
-  }
-  tangent_->update(position_, psd_blend == 1 ? Curvature::psd : Curvature::exact);
+  tangent_->update(position_, psd_blend);
   if (system.count() > 0) {
     system.update(dense_tangent(1 - psd_blend));
   }
@@ -320,12 +350,8 @@ double StepObjective::residual_norm() const {
   return std::sqrt(sum_over_ranks(comm(), own));
 }
 
-bool StepObjective::inverts() const {
-  return std::any_of(parts_.begin(), parts_.end(), [](const StepPart* part) { return part->inverts(); });
-}
-
-bool StepObjective::suits_patches() const {
-  return std::any_of(parts_.begin(), parts_.end(), [](const StepPart* part) { return part->suits_patches(); });
+bool StepObjective::any(bool (StepPart::*is)() const) const {
+  return std::any_of(parts_.begin(), parts_.end(), [is](const StepPart* part) { return (part->*is)(); });
 }
 
 double StepObjective::largest(double (StepPart::*of)() const) const {

@@ -1,11 +1,11 @@
 #pragma once
 
+#include <deque>
 #include <functional>
 #include <memory>
 #include <utility>
 #include <vector>
 
-#include "energies/part_potential.h"
 #include "energies/step_part.h"
 #include "energies/tangent.h"
 #include "linear/low_rank_system.h"
@@ -13,25 +13,59 @@
 
 namespace pellicle::energies {
 
+/// A potential of the vertices of one part of a JoinedLayout, as a potential of the whole.
+class PartPotential : public Potential {
+ public:
+  /// All arguments must outlive it. Collective. @param vertices of the part
+  PartPotential(Potential& potential, const JoinedLayout& joined, std::size_t part, const Layout& vertices);
+
+  double value(const Field& x) const override { return potential_.value(taken(x)); }
+  void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
+  std::vector<VertexPair> pattern() const override;
+  PetscInt pattern_version() const override { return potential_.pattern_version(); }
+  void update_hessian(const Field& x, double psd_blend) override { potential_.update_hessian(taken(x), psd_blend); }
+  void add_hessian(const HessianBlocks& blocks) const override { potential_.add_hessian(blocks); }
+  bool refresh(const Field& x) override { return potential_.refresh(taken(x)); }
+  void update_pattern(const Field& x) override { potential_.update_pattern(taken(x)); }
+  bool limits() const override { return potential_.limits(); }
+  bool limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matrix3Xd> step) override;
+  bool multiplies() const override { return potential_.multiplies() && !potential_.has_terms(); }
+  void add_product(const double* w, double* result) const override;
+
+ private:
+  const Field& taken(const Field& x) const {
+    joined_.take(part_, x, place_);
+    return place_;
+  }
+
+  Potential& potential_;
+  const JoinedLayout& joined_;
+  std::size_t part_;
+  const Layout& vertices_;
+  mutable Field place_;            ///< positions x of the part
+  mutable Eigen::Matrix3Xd own_;   ///< of the part's vertices: a gradient, or the argument of a product
+  mutable Eigen::Matrix3Xd more_;  ///< of the part's vertices: a product
+};
+
 /// Energy that an implicit step makes stationary, with gradient and second derivative: the sum of the parts of objects
-/// and of potentials between them, such as contact.
+/// and of a potential between them, their contact.
 ///
 /// Unknowns are the positions of the owned vertices of all parts, as in JoinedLayout, then on rank 0 the parts' own
 /// unknowns.
 class StepObjective {
  public:
   /// Collective. All arguments must outlive this object.
-  /// @param parts at least one @param between potentials of the positions of all parts, in the order of JoinedLayout
+  /// @param parts at least one @param between a potential of the positions of all parts, in the order of JoinedLayout;
+  /// null: none
   /// @param type, prefix as for Tangent
-  StepObjective(const std::vector<StepPart*>& parts, std::vector<Potential*> between, const Choice<TangentMatrix>& type,
+  StepObjective(const std::vector<StepPart*>& parts, Potential* between, const Choice<TangentMatrix>& type,
                 const std::string& prefix);
   StepObjective(const StepObjective&) = delete;  // The tangent points to its layout.
   StepObjective& operator=(const StepObjective&) = delete;
 
   const Layout& vertices() const { return joined_.layout(); }
-  const std::vector<std::array<PetscInt, 3>>& triangles() const {
-    return parts_.size() == 1 ? parts_.front()->triangles() : triangles_;
-  }
+  /// StepPart::triangles of all parts, with the local vertices of the whole.
+  std::vector<std::array<PetscInt, 3>> triangles() const;
 
   /// Begins a step of length h [s], after all parts. @returns whether all constrained vertices are at their prescribed
   /// places; if not, the step is too long. Collective.
@@ -57,7 +91,7 @@ class StepObjective {
   /// The norm of the last residual of the positions [N]. Collective.
   double residual_norm() const;
   /// Whether elements of any part can turn over. Not collective.
-  bool inverts() const;
+  bool inverts() const { return any(&StepPart::inverts); }
   /// StepPart::inverted, summed over the parts. Collective.
   double inverted(const Field& from, const Field& to) const;
   /// Changes the descent y of Newton's step from x to x - y: removes rounding in constrained directions, and shortens
@@ -84,7 +118,7 @@ class StepObjective {
   bool blends() const;
 
   /// Whether RigidPatches suit any part (StepPart::suits_patches). Not collective.
-  bool suits_patches() const;
+  bool suits_patches() const { return any(&StepPart::suits_patches); }
   /// The part that follows arc length, or null. Not collective.
   StepPart* path() const { return parts_.front()->follows_path() ? parts_.front() : nullptr; }
 
@@ -96,26 +130,25 @@ class StepObjective {
  private:
   MPI_Comm comm() const { return vertices().comm; }
   LowRank dense_tangent(double left);
-  void shorten(Eigen::Ref<Eigen::Matrix3Xd> step, const Eigen::Ref<const Eigen::Matrix3Xd>& gradient) const;
   /// Positions of a part if those of all parts are x.
   const Field& place(std::size_t part, const Field& x, std::size_t which = 0) const;
   Eigen::VectorXd of_parts(Eigen::VectorXd (StepPart::*of)() const) const;
+  bool any(bool (StepPart::*is)() const) const;
   double largest(double (StepPart::*of)() const) const;
 
   std::vector<StepPart*> parts_;
   Joint joint_;
   JoinedLayout joined_;
-  std::vector<std::array<PetscInt, 3>> triangles_;  ///< of all parts, if there are several
-  std::vector<std::unique_ptr<Potential>> adapted_;
-  std::vector<Potential*> between_;
+  std::deque<PartPotential> adapted_;   ///< potentials of each of several parts
+  Potential* between_;                  ///< null: none
   std::vector<Potential*> potentials_;  ///< of all parts and between them, as functions of all positions
   std::unique_ptr<Tangent> tangent_;
-  Field start_;  ///< if there are potentials between the parts
+  Field start_;  ///< if there is a potential between the parts
   Field position_;
   mutable std::vector<std::array<Field, 2>> places_;  ///< scratch: positions of each of several parts
   std::vector<double> squared_residuals_;  ///< this rank's fraction of each part's last squared residual [N^2]
   mutable std::vector<double> squares_;    ///< scratch: these and those of all forces
-  Eigen::Matrix3Xd of_between_;            ///< the gradient of a potential between the parts
+  Eigen::Matrix3Xd of_between_;            ///< the gradient of the potential between the parts
 };
 
 }  // namespace pellicle::energies

@@ -18,12 +18,12 @@ class StepPart {
  public:
   virtual ~StepPart() = default;
 
-  virtual const Layout& vertices() const = 0;
+  const Layout& vertices() const { return vertices_; }
   /// Local vertices of each triangle, whose edges join vertices.
-  virtual const std::vector<std::array<PetscInt, 3>>& triangles() const = 0;
+  const std::vector<std::array<PetscInt, 3>>& triangles() const { return triangles_; }
+  const std::vector<Potential*>& potentials() const { return potentials_; }
   /// Projectors on the directions in which each local vertex may move.
   virtual const Projectors& projectors() const = 0;
-  virtual const std::vector<Potential*>& potentials() const = 0;
 
   /// Positions at the step's start, ghosts up to date.
   virtual const Field& start() const = 0;
@@ -55,10 +55,10 @@ class StepPart {
 
   /// Number of columns of the dense second derivative. Not collective.
   virtual int columns() const { return 0; }
-  /// Prepares the second derivatives of the potentials at x. Must be called before they are evaluated.
-  /// @param psd_blend for Potential::set_psd_blend: of the way from the exact tangent, 0, to the positive one, 1; more
+  /// Called before the second derivatives of the potentials at x are evaluated.
+  /// @param psd_blend of the way from the exact tangent, 0, to the positive one, 1 (Potential::update_hessian); more
   /// than 0 and less than 1 only if the part `blends`
-  virtual void begin_tangent(double psd_blend) = 0;
+  virtual void begin_tangent(double /*psd_blend*/) {}
   /// Dense second derivative by the owned vertices, after begin_tangent; empty of parts without columns.
   virtual LowRank dense_tangent() { return {}; }
   /// Whether the exact tangent can be moved towards the positive one by a fraction. Not collective.
@@ -79,16 +79,92 @@ class StepPart {
   virtual Eigen::VectorXd load_rate() { return {}; }
 
   /// Norm of the gradient at which the part is in balance, over the largest norm of a kind of force. Not collective.
-  virtual double tolerance() const = 0;
+  double tolerance() const { return tolerance_; }
   /// Size of the part [m], and scale of its forces [N]. Not collective.
-  virtual double length_scale() const = 0;
-  virtual double force_scale() const = 0;
+  double length_scale() const { return length_scale_; }
+  double force_scale() const { return force_scale_; }
   /// Scale of its stiffness where it is [N/m]. Collective.
   virtual double stiffness_scale() { return force_scale() / length_scale(); }
   /// Whether the stiffness exceeds the inertia by so much that RigidPatches save time. Not collective.
   virtual bool suits_patches() const { return true; }
   /// Rounding in the last gradient, beyond that of the force scale [N]. Not collective.
   virtual double rounding() const { return 0; }
+
+ protected:
+  /// @param vertices, triangles of the part, which must outlive it
+  StepPart(const Layout& vertices, const std::vector<std::array<PetscInt, 3>>& triangles, double tolerance)
+      : vertices_(vertices), triangles_(triangles), tolerance_(tolerance) {}
+
+  // What does not change after construction.
+  const Layout& vertices_;
+  const std::vector<std::array<PetscInt, 3>>& triangles_;
+  double tolerance_;
+  std::vector<Potential*> potentials_;
+  double length_scale_ = 0;  ///< [m]
+  double force_scale_ = 0;   ///< [N]
+};
+
+/// A StepPart whose energy is a sum of potentials. At one position they are evaluated once.
+class PartOfPotentials : public StepPart {
+ public:
+  PartOfPotentials(const PartOfPotentials&) = delete;  // Its potentials point to it.
+  PartOfPotentials& operator=(const PartOfPotentials&) = delete;
+
+  const Field& position() const override { return position_; }
+  bool move_to(const Field& position, const Eigen::VectorXd& own) override;
+  void forget() override { is_evaluated_ = false; }
+  double value() override;
+  const Eigen::Matrix3Xd& gradient() override {
+    evaluate();
+    return gradient_;
+  }
+  const std::vector<double>& squared_forces() const override { return squares_; }
+
+ protected:
+  /// Arguments are those of StepPart.
+  PartOfPotentials(const Layout& vertices, const std::vector<std::array<PetscInt, 3>>& triangles, double tolerance)
+      : StepPart(vertices, triangles, tolerance), position_(vertices, 3) {}
+
+  PetscInt owned() const { return vertices_.owned; }
+  MPI_Comm comm() const { return vertices_.comm; }
+
+  Field position_;
+
+ private:
+  void evaluate();
+
+  // At `position_`, of this rank.
+  bool is_evaluated_ = false;
+  double value_ = 0;               ///< fraction of the energy [J]
+  Eigen::Matrix3Xd gradient_;      ///< by the owned vertices, in the directions in which they may move [N]
+  Eigen::Matrix3Xd of_potential_;  ///< the gradient of one potential, kept so that a step allocates nothing [N]
+  std::vector<double> squares_;    ///< square of the norm of each potential's gradient [N^2]
+};
+
+/// Another part of a step, which a derived class adds something to.
+class ExtendedPart : public StepPart {
+ public:
+  const Projectors& projectors() const override { return part_.projectors(); }
+  const Field& start() const override { return part_.start(); }
+  const Field& position() const override { return part_.position(); }
+  void forget() override { part_.forget(); }
+  bool leaves_held_behind() override { return part_.leaves_held_behind(); }
+  double value() override { return part_.value(); }
+  const Eigen::Matrix3Xd& gradient() override { return part_.gradient(); }
+  const std::vector<double>& squared_forces() const override { return part_.squared_forces(); }
+  bool inverts() const override { return part_.inverts(); }
+  double inverted(const Field& from, const Field& to) const override { return part_.inverted(from, to); }
+  void begin_tangent(double psd_blend) override { part_.begin_tangent(psd_blend); }
+  bool blends() const override { return part_.blends(); }
+  double stiffness_scale() override { return part_.stiffness_scale(); }
+  bool suits_patches() const override { return part_.suits_patches(); }
+  double rounding() const override { return part_.rounding(); }
+
+ protected:
+  /// @param part must outlive it
+  explicit ExtendedPart(StepPart& part) : StepPart(part), part_(part) {}
+
+  StepPart& part_;
 };
 
 }  // namespace pellicle::energies

@@ -6,7 +6,6 @@
 
 #include "base/error.h"
 #include "base/sorting.h"
-#include "energies/tangent_products.h"
 #include "linear/ksp.h"
 #include "linear/shell_operations.h"
 #include "parallel/collective.h"
@@ -18,41 +17,6 @@ namespace {
 /// Share of the diagonal's mean that is added to a positive tangent: it makes motions definite that the potentials
 /// leave free, and hardly changes others.
 constexpr double definite_share = 1e-6;
-
-/// Adds the blocks of pairs to places; pairs of place -1 are left out.
-class PlacedBlocks : public HessianBlocks {
- public:
-  PlacedBlocks(const std::vector<PetscInt>& places, std::vector<Eigen::Matrix3d>& blocks)
-      : places_(places), blocks_(blocks) {}
-
-  void add(std::size_t pair, const Eigen::Matrix3d& block) const override {
-    if (const PetscInt place = places_[pair]; place >= 0) {
-      blocks_[place] += block;
-    }
-  }
-
- private:
-  const std::vector<PetscInt>& places_;
-  std::vector<Eigen::Matrix3d>& blocks_;
-};
-
-/// Passes on the blocks of owned rows, with their vertices.
-class VisitedBlocks : public HessianBlocks {
- public:
-  VisitedBlocks(const std::vector<std::array<PetscInt, 2>>& pairs, HessianTerms& terms)
-      : pairs_(pairs), terms_(terms) {}
-
-  void add(std::size_t pair, const Eigen::Matrix3d& block) const override {
-    if (const auto& [row, column] = pairs_[pair]; row >= 0) {
-      terms_.add_block(row, column, block);
-    }
-  }
-  bool wants_off_diagonal() const override { return terms_.wants_off_diagonal(); }
-
- private:
-  const std::vector<std::array<PetscInt, 2>>& pairs_;
-  HessianTerms& terms_;
-};
 
 }  // namespace
 
@@ -68,7 +32,13 @@ Tangent::Tangent(const Layout& vertices, std::vector<Potential*> potentials, Pro
     }
   }
   if (is_shell()) {
-    make_shell();
+    matrix_ = symmetric_shell<&Tangent::multiply>(vertices_.comm, 3 * owned(), this);
+    check(MatSetBlockSize(matrix_, 3));
+    set_shell_operation<&Tangent::copy_diagonal>(matrix_, MATOP_GET_DIAGONAL);
+    set_shell_operation<&Tangent::give_inverse_blocks>(matrix_, MATOP_INVERT_BLOCK_DIAGONAL);
+    check(MatSetOption(matrix_, MAT_SYMMETRIC, PETSC_TRUE));
+    check(MatSetOption(matrix_, MAT_SYMMETRY_ETERNAL, PETSC_TRUE));
+    set_matrix_options(matrix_, prefix_);
   }
   renew_pattern();
 }
@@ -217,33 +187,27 @@ void Tangent::make_assembled() {
   set_matrix_options(matrix_, prefix_);
 }
 
-void Tangent::make_shell() {
-  check(MatCreateShell(vertices_.comm, 3 * owned(), 3 * owned(), PETSC_DETERMINE, PETSC_DETERMINE, this,
-                       matrix_.create()));
-  check(MatSetBlockSize(matrix_, 3));
-  set_symmetric_product<&Tangent::multiply>(matrix_);
-  set_shell_operation<&Tangent::copy_diagonal>(matrix_, MATOP_GET_DIAGONAL);
-  set_shell_operation<&Tangent::give_inverse_blocks>(matrix_, MATOP_INVERT_BLOCK_DIAGONAL);
-  check(MatSetOption(matrix_, MAT_SYMMETRIC, PETSC_TRUE));
-  check(MatSetOption(matrix_, MAT_SYMMETRY_ETERNAL, PETSC_TRUE));
-  set_matrix_options(matrix_, prefix_);
-}
-
-void Tangent::update(const Field& x, Curvature curvature) {
+void Tangent::update(const Field& x, double psd_blend) {
+  const bool is_positive = psd_blend == Curvature::psd;
   renew_pattern();
   std::fill(rows_.blocks.begin(), rows_.blocks.end(), Eigen::Matrix3d::Zero());
   for (const Part& part : parts_) {
-    part.potential->update_hessian(x, curvature);
+    part.potential->update_hessian(x, psd_blend);
     if (!part.multiplies) {
-      part.potential->add_hessian(PlacedBlocks(part.places, rows_.blocks));
+      const auto add_to_place = [&](std::size_t pair, const Eigen::Matrix3d& block) {
+        if (const PetscInt place = part.places[pair]; place >= 0) {
+          rows_.blocks[place] += block;
+        }
+      };
+      part.potential->add_hessian(TakenPairs(add_to_place));
     }
   }
   has_diagonal_ = false;
   definite_ = 0;
   if (!is_shell()) {
-    assemble(curvature);
-  } else if (any_constrained_ || curvature == Curvature::psd) {
-    hold(curvature);
+    assemble(is_positive);
+  } else if (any_constrained_ || is_positive) {
+    hold(is_positive);
   }
   check(MatAssemblyBegin(matrix_, MAT_FINAL_ASSEMBLY));
   check(MatAssemblyEnd(matrix_, MAT_FINAL_ASSEMBLY));
@@ -251,14 +215,14 @@ void Tangent::update(const Field& x, Curvature curvature) {
 
 /// Adds the mean of the diagonal in constrained directions, and `definite_share` of it everywhere to a positive
 /// tangent.
-void Tangent::hold(Curvature curvature) {
+void Tangent::hold(bool is_positive) {
   make_diagonal();
   double sum = 0;
   for (const Eigen::Matrix3d& block : diagonal_) {
     sum += block.trace();
   }
   constrained_ = mean_of_diagonal(sum);
-  definite_ = curvature == Curvature::psd ? definite_share * constrained_ : 0;
+  definite_ = is_positive ? definite_share * constrained_ : 0;
   for (Eigen::Matrix3d& block : diagonal_) {
     block.diagonal().array() += definite_;
   }
@@ -272,12 +236,12 @@ double Tangent::mean_of_diagonal(double own_sum) const {
   return sum > 0 ? sum / static_cast<double>(3 * vertices_.global) : 1;
 }
 
-void Tangent::assemble(Curvature curvature) {
+void Tangent::assemble(bool is_positive) {
   const std::size_t vertices = owned();
   const auto diagonal_block = [&](std::size_t vertex) -> Eigen::Matrix3d& {
     return rows_.blocks[rows_.diagonal[vertex]];
   };
-  if (any_constrained_ || curvature == Curvature::psd) {
+  if (any_constrained_ || is_positive) {
     double trace = 0;
     for (std::size_t i = 0; i < vertices; ++i) {
       for (std::size_t k = rows_.offsets[i]; k < static_cast<std::size_t>(rows_.offsets[i + 1]); ++k) {
@@ -287,7 +251,7 @@ void Tangent::assemble(Curvature curvature) {
       trace += diagonal_block(i).trace();
     }
     const double constrained = mean_of_diagonal(trace);
-    for (std::size_t i = 0; curvature == Curvature::psd && i < vertices; ++i) {
+    for (std::size_t i = 0; is_positive && i < vertices; ++i) {
       diagonal_block(i) += definite_share * constrained * projectors_[i];
     }
     for (const std::size_t i : bound_) {
@@ -306,8 +270,7 @@ void Tangent::assemble(Curvature curvature) {
 
 void Tangent::visit(HessianTerms& terms) const {
   for (PetscInt i = 0; i < owned(); ++i) {
-    const std::size_t row = i;
-    for (std::size_t k = rows_.offsets[row]; k < static_cast<std::size_t>(rows_.offsets[row + 1]); ++k) {
+    for (PetscInt k = rows_.offsets[i]; k < rows_.offsets[i + 1]; ++k) {
       terms.add_block(i, rows_.local_columns[k], rows_.blocks[k]);
     }
     if (definite_ > 0) {
@@ -326,7 +289,12 @@ void Tangent::visit_part(const Part& part, HessianTerms& terms) const {
   if (part.potential->has_terms()) {
     part.potential->visit(terms);
   } else {
-    part.potential->add_hessian(VisitedBlocks(part.pairs, terms));
+    const auto pass_on = [&](std::size_t pair, const Eigen::Matrix3d& block) {
+      if (const auto& [row, column] = part.pairs[pair]; row >= 0) {
+        terms.add_block(row, column, block);
+      }
+    };
+    part.potential->add_hessian(TakenPairs(pass_on, terms.wants_off_diagonal()));
   }
 }
 

@@ -36,9 +36,9 @@ class Tangent {
   /// Calls Potential::update_pattern of the potentials at Newton's iterate x, and renews the pattern. Collective.
   bool update_pattern(const Field& x);
 
-  /// Renews the pattern and sets the values. With the curvature `positive` the matrix is positive definite, as a
-  /// millionth of the diagonal's mean is added to the diagonal. Collective.
-  void update(const Field& x, Curvature curvature);
+  /// Renews the pattern and sets the values. With Curvature::psd the matrix is positive definite, as a millionth of the
+  /// diagonal's mean is added to the diagonal. Collective. @param psd_blend as of Potential::update_hessian
+  void update(const Field& x, double psd_blend);
 
   Mat matrix() const { return matrix_; }
 
@@ -76,8 +76,7 @@ class Tangent {
   void make_rows();
   void extend_reach(const std::vector<std::vector<VertexPair>>& patterns);
   void make_assembled();
-  void make_shell();
-  void assemble(Curvature curvature);
+  void assemble(bool is_positive);
   void visit_part(const Part& part, HessianTerms& terms) const;
   void make_diagonal();
   void copy_diagonal(Vec out);
@@ -85,7 +84,7 @@ class Tangent {
   void multiply(Vec in, Vec out);
   /// Mean of the diagonal over all ranks; 1 if it is 0. Collective. @param own_sum of the owned vertices' diagonal
   double mean_of_diagonal(double own_sum) const;
-  void hold(Curvature curvature);
+  void hold(bool is_positive);
   bool is_shell() const { return type_ == TangentMatrix::shell; }
   PetscInt owned() const { return vertices_.owned; }
 
@@ -113,5 +112,29 @@ class Tangent {
   std::vector<Eigen::Matrix3d> inverse_;   ///< inverses of these blocks, when last computed
   MatHandle matrix_;
 };
+
+/// Multiplies the terms of a Hessian with a vector.
+///
+/// Vectors have four numbers for each local vertex, one vector register: x, y, z, and one for products along normals.
+class TermProduct : public HessianTerms {
+ public:
+  /// @param owned, local numbers of vertices @param factor (4 x local); its last row is overwritten
+  /// @param product (4 x local), to which products are added; for ghosts these are only parts of the sum
+  TermProduct(PetscInt owned, PetscInt local, double* factor, double* product)
+      : HessianTerms(owned), local_(local), factor_(factor), product_(product) {}
+
+  void add_block(PetscInt row, PetscInt column, const Eigen::Matrix3d& block) override;
+  void add_differences(const std::vector<DifferenceTerm>& terms) override;
+  void add_numbers(const NumberRows& rows) override;
+
+ private:
+  PetscInt local_;
+  double* factor_;
+  double* product_;
+};
+
+/// Gives a BAIJ matrix with blocks of 3 a product of its own where the processor has AVX2 and FMA; elsewhere PETSc's
+/// stays in use. While the matrix fits in the caches it takes two thirds of the time. To be called after preallocation.
+void use_fast_product(Mat matrix);
 
 }  // namespace pellicle::energies

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/sorting.h"
 #include "geometry/principal_axes.h"
 #include "linear/shell_operations.h"
 #include "parallel/collective.h"
@@ -28,8 +29,7 @@ TangentFactor::TangentFactor(const Tangent& tangent, const LowRankSystem& system
   check(KSPSetOperators(solver_, system_.matrix(), system_.matrix()));
   check(KSPSetType(solver_, KSPCG));
   check(KSPSetNormType(solver_, KSP_NORM_UNPRECONDITIONED));  // saves the last product with the inverse
-  PC pc = nullptr;
-  check(KSPGetPC(solver_, &pc));
+  const PC pc = preconditioner_of(solver_);
   check(PCSetType(pc, PCSHELL));
   run_solver(prefix_, [&] { check(KSPSetFromOptions(solver_)); });
   check(PCSetType(pc, PCSHELL));  // whatever the options say of the preconditioner in its place
@@ -59,13 +59,13 @@ void TangentFactor::make_pattern() {
   TakenBlocks places(reach.owned, take_place);
   tangent_.visit(places);
   interface_ = RankInterface(reach.comm, reach.first, reach.owned, later);
-  std::vector<bool> is_coupled(interface_.size());
+  std::vector<int> coupled;  // of the interface with inner vertices
   for (const auto& [row, column] : blocks) {
     if (column >= row && (interface_.number(row) < 0) != (interface_.number(column) < 0)) {
-      is_coupled[std::max(interface_.number(row), interface_.number(column))] = true;
+      coupled.push_back(std::max(interface_.number(row), interface_.number(column)));
     }
   }
-  interface_.set_border(is_coupled, 3);
+  interface_.set_border(without_repeats(std::move(coupled)), 3);
   const std::vector<int>& border = interface_.border();
   const auto inner = static_cast<int>(interface_.inner().size());
   const auto place_in_inner = [&](PetscInt vertex) {

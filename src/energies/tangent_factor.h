@@ -9,7 +9,6 @@
 
 #include "base/handle.h"
 #include "energies/tangent.h"
-#include "linear/interface_factor.h"
 #include "linear/low_rank_system.h"
 #include "linear/mumps_factor.h"
 #include "linear/rank_interface.h"

@@ -1,7 +1,6 @@
-#include "energies/tangent_products.h"
-
 #include "base/error.h"
 #include "base/handle.h"
+#include "energies/tangent.h"
 #include "linear/shell_operations.h"
 
 #if defined(__x86_64__)
@@ -159,7 +158,7 @@ void TermProduct::add_numbers(const NumberRows& rows) {
     product_[4 * i + 3] = 0;
   }
   multiply(rows, factor_, product_);
-  for (PetscInt i = 0; has_normals && i < owned(); ++i) {
+  for (PetscInt i = 0; has_normals && i < owned_; ++i) {
     Vector(product_ + 4 * i) += rows.along * product_[4 * i + 3] * rows.normals.vector(i);
   }
   check(PetscLogFlops(16.0 * static_cast<double>(rows.entries.size())));

@@ -16,15 +16,6 @@ struct PointPotential {
   Eigen::Matrix3d hessian = Eigen::Matrix3d::Zero();   ///< positive semi-definite [N/m]
 };
 
-/// The pattern of a Hessian that couples no two vertices: the owned ones, each with itself.
-inline std::vector<VertexPair> pairs_of_vertices(const Layout& vertices) {
-  std::vector<VertexPair> pairs;
-  for (PetscInt i = 0; i < vertices.owned; ++i) {
-    pairs.push_back({i, vertices.to_global(i)});
-  }
-  return pairs;
-}
-
 /// Potential sum_i f(i, x_i) over single vertices, without communication.
 /// @tparam Function called with an owned vertex and its position [m], returns a PointPotential
 template <class Function>
@@ -41,11 +32,7 @@ class VertexPotential : public Potential {
     return sum;
   }
 
-  void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override {
-    for (PetscInt i = 0; i < vertices_.owned; ++i) {
-      gradient.col(i) += function_(i, x.vector(i)).gradient;
-    }
-  }
+  void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override { add_value_and_gradient(x, gradient); }
 
   double add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override {
     double sum = 0;
@@ -57,9 +44,9 @@ class VertexPotential : public Potential {
     return sum;
   }
 
-  std::vector<VertexPair> pattern() const override { return pairs_of_vertices(vertices_); }
+  std::vector<VertexPair> pattern() const override { return diagonal_pairs(vertices_); }
 
-  void update_hessian(const Field& x, Curvature /*curvature*/) override {
+  void update_hessian(const Field& x, double /*psd_blend*/) override {
     hessian_.resize(vertices_.owned);
     for (PetscInt i = 0; i < vertices_.owned; ++i) {
       hessian_[i] = function_(i, x.vector(i)).hessian;

@@ -24,13 +24,11 @@ Equilibrium::Equilibrium(std::vector<CoupledMotion> objects, const ContactOption
       any_held = any_held || !parts.back()->projectors().bound().empty();
       any_touches = any_touches || object.touches;
     }
-    std::vector<Potential*> between;
     if (any_touches) {
       const bool is_free = !on_any_rank(surfaces.front().surface->comm(), any_held);
       contact_ = std::make_unique<SurfaceContact>(surfaces, contact, is_free);
-      between.push_back(contact_.get());
     }
-    objective_ = std::make_unique<StepObjective>(parts, between, options.mat_type, options.solver_prefix);
+    objective_ = std::make_unique<StepObjective>(parts, contact_.get(), options.mat_type, options.solver_prefix);
     solver_ = std::make_unique<ImplicitStep>(*objective_, options);
   }
   share_gas();

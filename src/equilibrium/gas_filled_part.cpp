@@ -12,9 +12,9 @@ namespace pellicle::equilibrium {
 
 std::vector<VertexPair> PressureStiffness::pattern() const { return pairs_of_elements(chambers_.surface()); }
 
-void PressureStiffness::update_hessian(const Field& x, Curvature curvature) {
+void PressureStiffness::update_hessian(const Field& x, double psd_blend) {
   blocks_.clear();
-  const double fraction = curvature == Curvature::psd ? 0 : 1 - psd_blend_;
+  const double fraction = 1 - psd_blend;
   if (pressure_.empty() || fraction == 0) {
     return;
   }
@@ -52,11 +52,7 @@ void PressureStiffness::add_hessian(const HessianBlocks& blocks) const {
 }
 
 GasFilledPart::GasFilledPart(StepPart& part, StepGas::Part gas, SetLoad set_load)
-    : ExtendedPart(part),
-      own_(std::move(gas)),
-      set_load_(std::move(set_load)),
-      stiffness_(*own_.chambers),
-      potentials_(part.potentials()) {
+    : ExtendedPart(part), own_(std::move(gas)), set_load_(std::move(set_load)), stiffness_(*own_.chambers) {
   own_.position = &part.position();
   own_.force_scale = part.force_scale();
   gas_ = std::make_shared<StepGas>(std::vector<StepGas::Part>{own_});
@@ -113,7 +109,6 @@ const Eigen::Matrix3Xd& GasFilledPart::gradient() {
 
 void GasFilledPart::begin_tangent(double psd_blend) {
   part_.begin_tangent(psd_blend);
-  stiffness_.set_psd_blend(psd_blend);
   set_load_(gas_->load_pressure(number_));
   left_ = 1 - psd_blend;
 }

@@ -4,8 +4,8 @@
 #include <memory>
 #include <vector>
 
-#include "energies/extended_part.h"
 #include "energies/potential.h"
+#include "energies/step_part.h"
 #include "equilibrium/step_gas.h"
 
 namespace pellicle::equilibrium {
@@ -23,13 +23,11 @@ class PressureStiffness : public Potential {
   double value(const Field& /*x*/) const override { return 0; }
   void add_gradient(const Field& /*x*/, Eigen::Matrix3Xd& /*gradient*/) const override {}
   std::vector<VertexPair> pattern() const override;
-  void set_psd_blend(double fraction) override { psd_blend_ = fraction; }
-  void update_hessian(const Field& x, Curvature curvature) override;
+  void update_hessian(const Field& x, double psd_blend) override;
   void add_hessian(const HessianBlocks& blocks) const override;
 
  private:
   const Chambers& chambers_;
-  double psd_blend_ = 0;
   std::vector<double> pressure_;
   std::vector<Eigen::Matrix3d> blocks_;  ///< nine of each local triangle; empty where it is left out
 };
@@ -65,7 +63,6 @@ class GasFilledPart : public ExtendedPart, public GasFilled {
   Eigen::Matrix3Xd pressure_forces() { return -gas_->gradient(number_); }
   StepGas::Part gas_part() const override { return own_; }
 
-  const std::vector<Potential*>& potentials() const override { return potentials_; }
   bool move_to(const Field& position, const Eigen::VectorXd& own) override;
   Eigen::VectorXd own_unknowns() const override { return multiplier().cwiseQuotient(pressure_scales()); }
   double value() override { return part_.value() + gas_->value(number_); }
@@ -86,7 +83,6 @@ class GasFilledPart : public ExtendedPart, public GasFilled {
   StepGas::Part own_;
   SetLoad set_load_;
   PressureStiffness stiffness_;  ///< a potential unless there is `set_load_`
-  std::vector<Potential*> potentials_;
   Eigen::Matrix3Xd gradient_;
   double left_ = 0;  ///< of what is not positive in the tangent, 0 to 1
   std::vector<double> squares_;

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "base/error.h"
-#include "linear/backtracking.h"
 #include "linear/ksp.h"
 
 namespace pellicle::equilibrium {
@@ -90,20 +89,18 @@ ImplicitStep::ImplicitStep(StepObjective& objective, const NewtonOptions& option
       along_(objective.path()),
       may_factorise_(may_factorise(options, objective.vertices().global)),
       system_(objective.tangent().matrix(), objective.columns(), options.solver_prefix,
-              solver_defaults(options_, objective.suits_patches(), may_factorise_)),
-      patches_(RigidPatches::of(system_.solver(), objective.tangent(), objective.triangles(), options.patch_size)) {
+              solver_defaults(options_, objective.suits_patches(), may_factorise_)) {
   // SNES needs a tolerance below 1. A part's own tolerance is used in the scaling of residuals.
   options_.snes_rtol = std::min(options_.snes_rtol, largest_rtol);
-  KSPType type = nullptr;
-  PC pc = nullptr;
-  PCType preconditioner = nullptr;
-  check(KSPGetType(system_.solver(), &type));
-  is_direct_ = std::string(type) == KSPPREONLY;
-  check(KSPGetPC(system_.solver(), &pc));
-  check(PCGetType(pc, &preconditioner));
-  solver_words_ = options_.factor == TangentFactorisation::always
-                      ? "cg with a factorisation"
-                      : std::string(type) + ", " + preconditioner + (patches_ ? " with rigid patches" : "");
+  const PC pc = preconditioner_of(system_.solver());
+  is_direct_ = has_type(system_.solver(), {KSPPREONLY});
+  if (has_type(pc, {PCMG})) {
+    patches_.emplace(system_.solver(), objective.tangent(), objective.triangles(), options.patch_size);
+  }
+  solver_words_ =
+      options_.factor == TangentFactorisation::always
+          ? "cg with a factorisation"
+          : std::string(type_of(system_.solver())) + ", " + type_of(pc) + (patches_ ? " with rigid patches" : "");
   if (may_factorise_ || options_.factor == TangentFactorisation::always) {
     TangentFactor::check_options(objective.vertices().comm, options_.solver_prefix);
   }
@@ -174,9 +171,6 @@ ImplicitResult ImplicitStep::advance(double h) {
   }
   objective_.write_to(unknowns_);
   lag_.forget();  // A step depends on its start alone, so that one after a restart is the same.
-  if (patches_) {
-    patches_->forget();
-  }
   concave_iterations_ = 0;
   choose_solver();
   NewtonResult newton;
@@ -276,10 +270,11 @@ void ImplicitStep::update_jacobian() {
     positive_ = {};
     system_.forget_pattern();
   }
-  const bool renews_patches = patches_ && !is_factorised_ && patches_->due();
+  const bool renews_patches = patches_ && !is_factorised_ && lag_.due(system_.solver());
   if (renews_patches || positive_ != nullptr) {
     objective_.update_tangent(system_, 1);
     if (renews_patches) {
+      lag_.renewed();
       patches_->refresh(objective_.position());
     }
     if (positive_ != nullptr) {
@@ -347,11 +342,9 @@ void ImplicitStep::factorise() {
 
 /// Solves J y = r for Newton's step, with J or a positive definite tangent in its place.
 LinearResult ImplicitStep::solve(Vec right_hand_side, Vec solution) {
-  int iterations = 0;
   LinearResult result;
   const auto attempt = [&] {
-    result = solve_or_factorise(right_hand_side, solution);
-    iterations += std::exchange(result.iterations, 0);
+    result.go_on(solve_or_factorise(right_hand_side, solution));
     if (result.solved == Solved::bad_preconditioner && options_.mat_type == TangentMatrix::shell) {
       result.solved = Solved::concave;  // Blocks on the diagonal of a tangent are positive definite if it is.
     }
@@ -373,7 +366,6 @@ LinearResult ImplicitStep::solve(Vec right_hand_side, Vec solution) {
   if (fraction_ > 0 && options_.far == FarTangent::exact) {
     ++concave_iterations_;
   }
-  result.iterations = iterations;
   return result;
 }
 
@@ -382,12 +374,10 @@ LinearResult ImplicitStep::solve_or_factorise(Vec right_hand_side, Vec solution)
   LinearResult result = solve_once(right_hand_side, solution);
   const bool has_failed = result.solved == Solved::no || result.solved == Solved::bad_preconditioner;
   if (has_failed && may_factorise_ && !is_factorised_) {
-    const int iterations = result.iterations;
     steps_to_factorise_ = std::clamp(2 * steps_to_factorise_, 1, most_steps_to_factorise);
     steps_left_ = steps_to_factorise_;
     factorise();
-    result = solve_once(right_hand_side, solution);
-    result.iterations += iterations;
+    result.go_on(solve_once(right_hand_side, solution));
   }
   return result;
 }

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,7 +10,6 @@
 #include "energies/tangent_factor.h"
 #include "linear/bordered_system.h"
 #include "linear/newton.h"
-#include "linear/preconditioner_lag.h"
 
 namespace pellicle::equilibrium {
 
@@ -90,7 +88,7 @@ class ImplicitStep {
   bool may_factorise_;           ///< whether the tangent may be factorised if iterations fail
   MatHandle positive_;           ///< a positive tangent for the preconditioner, after that of the exact one has failed
   LowRankSystem system_;         ///< of the positions
-  std::unique_ptr<RigidPatches> patches_;  ///< of the preconditioner, if it is multigrid
+  std::optional<RigidPatches> patches_;  ///< of the preconditioner, if it is multigrid
   std::string solver_words_;
   bool is_factorised_ = false;              ///< whether the tangent is factorised in the present step
   int steps_to_factorise_ = 0;              ///< steps in a row without trying iterations
@@ -101,7 +99,7 @@ class ImplicitStep {
   double linear_rtol_ = 0;                  ///< of the present solve
   double rounding_ = 0;                     ///< norm up to which a residual is rounding [N]
   bool is_direct_ = false;                  ///< whether the linear solver has no iterations
-  PreconditionerLag lag_;                   ///< of a preconditioner without patches, for FarTangent::positive
+  PreconditionerLag lag_;                   ///< of the patches; without them for FarTangent::positive
   bool has_new_pattern_ = false;            ///< whether the tangent's pattern is new since the last linear solve
   int concave_iterations_ = 0;              ///< of the present step
   bool exact_serves_ = true;                ///< near the step's end, for FarTangent::positive

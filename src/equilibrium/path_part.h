@@ -3,7 +3,7 @@
 #include <functional>
 #include <vector>
 
-#include "energies/extended_part.h"
+#include "energies/step_part.h"
 
 namespace pellicle::equilibrium {
 

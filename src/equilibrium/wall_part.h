@@ -8,7 +8,7 @@
 #include "constraints/pins.h"
 #include "constraints/point_loads.h"
 #include "contact/body_contact.h"
-#include "energies/part_of_potentials.h"
+#include "energies/step_part.h"
 #include "equilibrium/time_scheme.h"
 #include "prism/prism_elements.h"
 #include "prism/prism_options.h"

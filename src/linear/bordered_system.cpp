@@ -10,7 +10,7 @@
 
 namespace pellicle::linear {
 
-Border::Border(LowRankSystem& part, int size) : part_(part), size_(size), rank_(rank_of(comm_of(part.sparse()))) {
+Border::Border(LowRankSystem& part, int size) : part_(part), size_(size) {
   const MPI_Comm comm = comm_of(part_.sparse());
   const PetscInt all = static_cast<PetscInt>(rows()) + border_rows();
   check(MatCreateShell(comm, all, all, PETSC_DETERMINE, PETSC_DETERMINE, this, matrix_.create()));
@@ -44,7 +44,7 @@ BorderedSystem::BorderedSystem(LowRankSystem& part, std::vector<int> columns, Ei
     part_.hold(columns_);
     return;
   }
-  for (int border = 0; border < size(); ++border) {
+  for (int border = 0; border < size_; ++border) {
     check(VecDuplicate(part_solution_, influence_.emplace_back().create()));
   }
 }
@@ -101,11 +101,9 @@ LinearResult BorderedSystem::eliminate(const Eigen::VectorXd& wanted) {
   weights(columns_) = part_.low_rank().coefficients(columns_).cwiseProduct(wanted);
   VecValues{part_right_hand_side_} += part_.low_rank().times(weights);
   LinearResult result = part_.solve(part_right_hand_side_, part_solution_);
-  for (int border = 0; border < size() && result.converged; ++border) {
+  for (int border = 0; border < size_ && result.converged; ++border) {
     copy_to(work_, part_.low_rank().column(columns_[border]));
-    const int iterations = result.iterations;
-    result = part_.solve(work_, influence_[border]);
-    result.iterations += iterations;
+    result.go_on(part_.solve(work_, influence_[border]));
   }
   if (!result.converged) {
     return result;
@@ -113,8 +111,8 @@ LinearResult BorderedSystem::eliminate(const Eigen::VectorXd& wanted) {
   std::vector<Vec> vectors(influence_.begin(), influence_.end());
   vectors.push_back(part_solution_);
   const Eigen::MatrixXd system = part_.column_products(vectors)(columns_, Eigen::all);  // g.b, g.a
-  scaled_border_ = system.leftCols(size()).partialPivLu().solve(wanted - system.col(size()));
-  check(VecMAXPY(part_solution_, size(), scaled_border_.data(), vectors.data()));
+  scaled_border_ = system.leftCols(size_).partialPivLu().solve(wanted - system.col(size_));
+  check(VecMAXPY(part_solution_, size_, scaled_border_.data(), vectors.data()));
 
   double curvature = 0;
   check(MatMult(part_.matrix(), part_solution_, work_));
@@ -138,11 +136,6 @@ LoadBorder::LoadBorder(LowRankSystem& part) : Border(part, 1), load_(Eigen::Vect
   check(VecDuplicate(part_solution_, influence_.create()));
 }
 
-void LoadBorder::update(const Eigen::VectorXd& load, double scale) {
-  load_ = load;
-  scale_ = scale;
-}
-
 LinearResult LoadBorder::solve(Vec right_hand_side, Vec solution) {
   // S g.x = q, so that A x + l z = r + rho g q/S; x = a - z b with b = A^-1 l.
   const double wanted = border_values(right_hand_side)[0] / scale_;
@@ -153,11 +146,8 @@ LinearResult LoadBorder::solve(Vec right_hand_side, Vec solution) {
   if (!result.converged) {
     return result;
   }
-  const int iterations = result.iterations;
   copy_to(part_right_hand_side_, load_);
-  result = part_.solve(part_right_hand_side_, influence_);
-  result.iterations += iterations;
-  if (!result.converged) {
+  if (!result.go_on(part_.solve(part_right_hand_side_, influence_))) {
     return result;
   }
   const Eigen::VectorXd along = part_.column_products({part_solution_, influence_}).row(last());

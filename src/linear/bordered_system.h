@@ -21,7 +21,7 @@ class Border {
   Mat matrix() const { return matrix_; }
 
   /// Rows of the border on this rank: all of them on rank 0.
-  PetscInt border_rows() const { return rank_ == 0 ? size_ : 0; }
+  PetscInt border_rows() const { return rank_of(comm_of(part_.sparse())) == 0 ? size_ : 0; }
 
   /// The border's entries of a vector, on every rank. Collective.
   Eigen::VectorXd border_values(Vec vector) const;
@@ -32,16 +32,14 @@ class Border {
   Eigen::VectorXd multiply_part(Vec x);
   /// Sets a vector of the bordered system to the part's solution and values of the border.
   void join(Vec vector, const Eigen::VectorXd& border) const;
-  int size() const { return size_; }
   Eigen::Index rows() const { return part_.rows(); }
 
   LowRankSystem& part_;
+  const int size_;  ///< number of the border's rows
   VecHandle part_right_hand_side_;
   VecHandle part_solution_;
 
  private:
-  int size_;
-  int rank_;
   MatHandle matrix_;
 };
 
@@ -87,7 +85,10 @@ class LoadBorder : public Border {
   explicit LoadBorder(LowRankSystem& part);
 
   /// Sets l and S. @param load l of the owned rows @param scale S
-  void update(const Eigen::VectorXd& load, double scale);
+  void update(const Eigen::VectorXd& load, double scale) {
+    load_ = load;
+    scale_ = scale;
+  }
 
   /// Solves; there is no solution if g^T A^-1 l is 0. Collective.
   LinearResult solve(Vec right_hand_side, Vec solution);

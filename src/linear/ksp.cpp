@@ -101,8 +101,7 @@ void require_factor(const std::string& prefix, Mat matrix) {
   if (type != PCLU && type != PCCHOLESKY) {
     return;
   }
-  MatType matrix_type = nullptr;
-  check(MatGetType(matrix, &matrix_type));
+  const MatType matrix_type = type_of(matrix);
   const std::optional<std::string> chosen = option_value("-" + prefix + "pc_factor_mat_solver_type");
   MatSolverType package = chosen ? chosen->c_str() : nullptr;
   const MatFactorType factor = type == PCLU ? MAT_FACTOR_LU : MAT_FACTOR_CHOLESKY;
@@ -140,25 +139,21 @@ void require_factor(const std::string& prefix, Mat matrix) {
 
 /// Sets the type of block Jacobi's blocks, then the user's options for them.
 void set_blocks(KSP ksp, PCType type) {
-  PC pc = nullptr;
   KSP* blocks = nullptr;
   PetscInt count = 0;
   check(KSPSetUp(ksp));
-  check(KSPGetPC(ksp, &pc));
-  check(PCBJacobiGetSubKSP(pc, &count, nullptr, &blocks));
+  check(PCBJacobiGetSubKSP(preconditioner_of(ksp), &count, nullptr, &blocks));
   for (PetscInt block = 0; block < count; ++block) {
-    check(KSPGetPC(blocks[block], &pc));
-    check(PCSetType(pc, type));
+    check(PCSetType(preconditioner_of(blocks[block]), type));
     check(KSPSetFromOptions(blocks[block]));
   }
 }
 
 /// Gives MUMPS additional memory where it factorises, unless the user says how much.
 void give_mumps_room(KSP ksp) {
-  PC pc = nullptr;
+  const PC pc = preconditioner_of(ksp);
   MatSolverType package = nullptr;
   Mat factor = nullptr;
-  check(KSPGetPC(ksp, &pc));
   if (!has_type(pc, {PCLU, PCCHOLESKY})) {
     return;
   }
@@ -180,9 +175,7 @@ bool has_operation(Mat matrix, MatOperation operation) {
 /// Refuses preconditioners that PETSc refuses only in the first solve, and those that crash or do nothing.
 /// @param type of the preconditioner @param matrix from which it is made
 void require_available(PCType type, Mat system, Mat matrix, const std::string& prefix) {
-  MatType matrix_type = nullptr;
   bool is_there = true;
-  check(MatGetType(matrix, &matrix_type));
   const std::string option = given_name(prefix, "pc_type") + " " + type;
   std::string wanted = "another preconditioner or type of matrix";
   if (is(type, {PCPBJACOBI})) {
@@ -206,7 +199,7 @@ void require_available(PCType type, Mat system, Mat matrix, const std::string& p
     throw Error(option + ": this preconditioner needs more than a matrix, expected another preconditioner");
   }
   if (!is_there) {
-    throw Error(option + ": PETSc has none for a matrix of type " + matrix_type + ", expected " + wanted);
+    throw Error(option + ": PETSc has none for a matrix of type " + type_of(matrix) + ", expected " + wanted);
   }
 }
 
@@ -226,10 +219,7 @@ constexpr Failure failures[] = {
 
 /// Marks the result of a solve that did not converge.
 void refuse(LinearResult& result, KSP ksp) {
-  PC pc = nullptr;
-  PCType type = nullptr;
-  check(KSPGetPC(ksp, &pc));
-  check(PCGetType(pc, &type));
+  const PCType type = type_of(preconditioner_of(ksp));
   const auto* failure = std::find_if(std::begin(failures), std::end(failures),
                                      [&](const Failure& known) { return known.reason == result.ended; });
   const Failure found = failure != std::end(failures) ? *failure : Failure{result.ended, Solved::no, ""};
@@ -364,9 +354,7 @@ void set_definite(Mat matrix) {
 
 void set_matrix_options(Mat matrix, const std::string& prefix) {
   if (const std::optional<std::string> type = option_value("-" + prefix + "mat_type")) {
-    MatType own = nullptr;
-    check(MatGetType(matrix, &own));
-    throw Error(given_name(prefix, "mat_type") + " " + *type + ": the matrix is made as type " + own +
+    throw Error(given_name(prefix, "mat_type") + " " + *type + ": the matrix is made as type " + type_of(matrix) +
                 ", expected the option mat_type of its section");
   }
   check(MatSetOptionsPrefix(matrix, prefix.c_str()));
@@ -375,14 +363,13 @@ void set_matrix_options(Mat matrix, const std::string& prefix) {
 
 KspHandle make_ksp(Mat matrix, Mat preconditioning, const std::string& prefix, const KspDefaults& defaults) {
   KspHandle ksp;
-  PC pc = nullptr;
   check(KSPCreate(comm_of(matrix), ksp.create()));
   check(KSPSetOptionsPrefix(ksp, prefix.c_str()));
   check(KSPSetOperators(ksp, matrix, preconditioning));
   check(KSPSetType(ksp, defaults.type));
   check(KSPSetTolerances(ksp, defaults.rtol, PETSC_DEFAULT, defaults.divtol, defaults.max_iterations));
   check(KSPCGUseSingleReduction(ksp, defaults.single_reduction ? PETSC_TRUE : PETSC_FALSE));
-  check(KSPGetPC(ksp, &pc));
+  const PC pc = preconditioner_of(ksp);
   const bool matrix_free = has_type(preconditioning, {MATSHELL});
   const bool has_blocks = has_operation(preconditioning, MATOP_INVERT_BLOCK_DIAGONAL);  // of its diagonal
   // A shell with blocks is a tangent; for a tangent rigid patches can be a level.
@@ -408,8 +395,7 @@ KspHandle make_ksp(Mat matrix, Mat preconditioning, const std::string& prefix, c
   require_unscaled(ksp, matrix, prefix);
   require_tolerance(ksp, prefix, defaults.largest_rtol);
 
-  PCType type = nullptr;
-  check(PCGetType(pc, &type));
+  const PCType type = type_of(pc);
   if (is_own_type(type) && !offers_preconditioner(preconditioning, type)) {
     throw Error(given_name(prefix, "pc_type") + " " + type +
                 ": the matrix has nothing that it could use, expected another preconditioner");
@@ -506,16 +492,15 @@ LinearResult solve(KSP ksp, Vec right_hand_side, Vec solution, const LinearNeed*
              (need != nullptr && reason != KSP_CONVERGED_RTOL)) {
     Mat matrix = nullptr;
     Mat preconditioning = nullptr;
-    KSPType type = nullptr;
     double rtol = 0;
     check(KSPGetOperators(ksp, &matrix, &preconditioning));
-    check(KSPGetType(ksp, &type));
     check(KSPGetTolerances(ksp, &rtol, nullptr, nullptr, nullptr));
     const LinearNeed needed =
         reason != KSP_CONVERGED_ITS ? *need : LinearNeed{rtol, need != nullptr ? need->absolute : 0};
     const std::string fault = fault_of_solution(matrix, preconditioning, right_hand_side, solution, needed);
     if (!fault.empty()) {
-      result.refuse(Solved::no, "the linear solver " + prefix_of(ksp) + " (" + type + ") does not solve: " + fault);
+      result.refuse(Solved::no,
+                    "the linear solver " + prefix_of(ksp) + " (" + type_of(ksp) + ") does not solve: " + fault);
     }
   }
   return result;

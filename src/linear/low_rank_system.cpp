@@ -11,12 +11,11 @@
 namespace pellicle::linear {
 
 LowRankSystem::LowRankSystem(Mat sparse, int columns, const std::string& prefix, const KspDefaults& defaults)
-    : sparse_(sparse), rtol_(defaults.rtol), count_(columns) {
+    : sparse_(sparse), rtol_(defaults.rtol) {
   check(MatGetLocalSize(sparse, &rows_, nullptr));
   low_rank_ = LowRank(Eigen::SparseMatrix<double>(rows_, columns), Eigen::VectorXd::Zero(columns));
   if (columns > 0) {
-    check(MatCreateShell(comm_of(sparse), rows_, rows_, PETSC_DETERMINE, PETSC_DETERMINE, this, matrix_.create()));
-    set_symmetric_product<&LowRankSystem::multiply>(matrix_);
+    matrix_ = symmetric_shell<&LowRankSystem::multiply>(comm_of(sparse), rows_, this);
     check(MatCreateVecs(sparse, projected_.create(), nullptr));
   }
   solver_ = make_ksp(matrix(), sparse, prefix, defaults);
@@ -29,11 +28,6 @@ LowRankSystem::LowRankSystem(Mat sparse, int columns, const std::string& prefix,
 void LowRankSystem::update(LowRank low_rank) {
   influence_.clear();
   low_rank_ = std::move(low_rank);
-  make_basis();
-}
-
-void LowRankSystem::hold(std::vector<int> columns) {
-  constrained_ = std::move(columns);
   make_basis();
 }
 
@@ -84,8 +78,7 @@ Eigen::VectorXd LowRankSystem::project(Vec x) const {
 /// The solver, and the smoother of its multigrid, which keeps the operators that it has.
 std::vector<KSP> LowRankSystem::solvers() const {
   std::vector<KSP> solvers{solver_};
-  PC pc = nullptr;
-  check(KSPGetPC(solver_, &pc));
+  const PC pc = preconditioner_of(solver_);
   if (has_type(pc, {PCMG})) {
     PetscInt levels = 0;
     check(PCMGGetLevels(pc, &levels));
@@ -118,33 +111,27 @@ void LowRankSystem::forget_pattern() {
 }
 
 LinearResult LowRankSystem::solve(Vec right_hand_side, Vec solution, const LinearNeed* need) {
-  if (other_solver_ != nullptr) {
-    return pellicle::solve(other_solver_, right_hand_side, solution, need);
+  if (solves_sparse_alone_ && other_solver_ == nullptr) {
+    return solve_by_woodbury(right_hand_side, solution);
   }
-  return solves_sparse_alone_ ? solve_by_woodbury(right_hand_side, solution)
-                              : pellicle::solve(solver_, right_hand_side, solution, need);
+  return pellicle::solve(other_solver_ != nullptr ? other_solver_ : solver_, right_hand_side, solution, need);
 }
 
 /// With Z = T^-1 G: A^-1 r = T^-1 r - Z (1 + C G^T Z)^-1 C G^T T^-1 r.
 LinearResult LowRankSystem::solve_by_woodbury(Vec right_hand_side, Vec solution) {
-  int iterations = 0;
+  LinearResult result;
   while (static_cast<int>(influence_.size()) < count()) {
     VecHandle influence;
     VecHandle column;
     check(VecDuplicate(right_hand_side, influence.create()));
     check(VecDuplicate(right_hand_side, column.create()));
     copy_to(column, low_rank_.column(static_cast<Eigen::Index>(influence_.size())));
-    LinearResult result = pellicle::solve(solver_, column, influence);
-    iterations += result.iterations;
-    result.iterations = iterations;
-    if (!result.converged) {
+    if (!result.go_on(pellicle::solve(solver_, column, influence))) {
       return result;
     }
     influence_.push_back(std::move(influence));
   }
-  LinearResult result = pellicle::solve(solver_, right_hand_side, solution);
-  result.iterations += iterations;
-  if (!result.converged) {
+  if (!result.go_on(pellicle::solve(solver_, right_hand_side, solution))) {
     return result;
   }
   std::vector<Vec> vectors(influence_.begin(), influence_.end());

@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/handle.h"
@@ -29,7 +30,7 @@ class LowRankSystem {
   /// A, or P A P with constrained columns.
   Mat matrix() const { return count() > 0 ? Mat(matrix_) : sparse_; }
   KSP solver() const { return solver_; }
-  int count() const { return count_; }
+  int count() const { return static_cast<int>(low_rank_.count()); }
   /// Owned rows of T.
   Eigen::Index rows() const { return rows_; }
   const LowRank& low_rank() const { return low_rank_; }
@@ -38,7 +39,10 @@ class LowRankSystem {
   void update(LowRank low_rank);
 
   /// Holds columns from now on; not with a solver that works with T alone. Collective.
-  void hold(std::vector<int> columns);
+  void hold(std::vector<int> columns) {
+    constrained_ = std::move(columns);
+    make_basis();
+  }
   const std::vector<int>& constrained() const { return constrained_; }
   /// Q, (owned rows x constrained columns), orthonormal over all ranks, of the constrained columns G = Q R.
   const Eigen::MatrixXd& held_basis() const { return basis_; }
@@ -73,7 +77,6 @@ class LowRankSystem {
   Mat sparse_;
   double rtol_;
   bool solves_sparse_alone_ = false;
-  int count_;
   PetscInt rows_ = 0;
   LowRank low_rank_;
   std::vector<int> constrained_;

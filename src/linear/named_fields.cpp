@@ -9,15 +9,6 @@ namespace pellicle::linear {
 
 namespace {
 
-/// The components' names, then the border's.
-std::vector<std::string> names_of(const NamedFields& fields) {
-  std::vector<std::string> names = fields.components;
-  if (!fields.border.empty()) {
-    names.push_back(fields.border);
-  }
-  return names;
-}
-
 /// The rows of each field, made on request.
 PetscErrorCode split_by_fields(DM dm, PetscInt* count, char*** names, IS** rows, DM** dms) {
   return as_petsc_callback([&] {
@@ -30,17 +21,17 @@ PetscErrorCode split_by_fields(DM dm, PetscInt* count, char*** names, IS** rows,
     check(DMShellGetGlobalVector(dm, &vector));
     check(VecGetOwnershipRange(vector, &first, &end));
     end -= fields.border_rows;
-    const std::vector<std::string> all = names_of(fields);
     const auto components = static_cast<PetscInt>(fields.components.size());
-    *count = static_cast<PetscInt>(all.size());
+    *count = components + (fields.border.empty() ? 0 : 1);
     check(PetscMalloc1(*count, names));
     check(PetscMalloc1(*count, rows));
     if (dms != nullptr) {
       *dms = nullptr;
     }
     for (PetscInt field = 0; field < *count; ++field) {
-      check(PetscStrallocpy(all[field].c_str(), &(*names)[field]));
       const bool is_border = field == components;
+      const std::string& name = is_border ? fields.border : fields.components[field];
+      check(PetscStrallocpy(name.c_str(), &(*names)[field]));
       check(ISCreateStride(comm_of(dm), is_border ? fields.border_rows : (end - first) / components,
                            is_border ? end : first + field, is_border ? 1 : components, &(*rows)[field]));
     }
@@ -63,7 +54,8 @@ DmHandle make_dm(Mat matrix, const std::string& prefix, const NamedFields& field
     return PetscErrorCode(0);
   }));
   check(DMShellSetCreateFieldDecomposition(dm, split_by_fields));
-  const std::string words = fmt::format("{}", fmt::join(names_of(fields), ", "));
+  const std::string words =
+      fmt::format("{}{}{}", fmt::join(fields.components, ", "), fields.border.empty() ? "" : ", ", fields.border);
   check(PetscObjectSetName(reinterpret_cast<PetscObject>(DM(dm)), words.c_str()));
   check(DMSetFromOptions(dm));
   check(DMViewFromOptions(dm, nullptr, "-dm_view"));

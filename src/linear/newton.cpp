@@ -121,14 +121,13 @@ Newton::Newton(Mat system, const std::string& prefix, NewtonProblem problem, con
     : prefix_(prefix), problem_(std::move(problem)) {
   require_known(prefix, defaults.own_tangent);
   KSP outer = nullptr;
-  PC pc = nullptr;
   check(SNESCreate(comm_of(system), snes_.create()));
   check(SNESSetOptionsPrefix(snes_, prefix.c_str()));
   check(SNESGetKSP(snes_, &outer));  // Its own: in one that it is given Eisenstat and Walker's tolerances are not set.
   check(KSPSetOptionsPrefix(outer, (prefix + "newton_").c_str()));
   check(KSPSetType(outer, KSPPREONLY));
   check(KSPSetTolerances(outer, defaults.ksp_rtol, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
-  check(KSPGetPC(outer, &pc));
+  const PC pc = preconditioner_of(outer);
   check(PCSetType(pc, PCSHELL));
   check(PCShellSetContext(pc, this));
   check(PCShellSetApply(pc, Callbacks::solve));

@@ -1,18 +1,11 @@
 #include "linear/own_preconditioner.h"
 
-#include <set>
-
 #include "base/error.h"
 #include "base/handle.h"
 
 namespace pellicle::linear {
 
 namespace {
-
-std::set<std::string>& own_types() {
-  static std::set<std::string> types;
-  return types;
-}
 
 /// Name under which a matrix keeps its preconditioner. Short, so that asking for it allocates nothing.
 std::string key_of(const std::string& type) { return "own_pc_" + type; }
@@ -28,29 +21,23 @@ const OwnPreconditioner* offered_by(Mat matrix, const std::string& type) {
   return static_cast<const OwnPreconditioner*>(offered);
 }
 
-const OwnPreconditioner& preconditioner_of(PC pc) {
-  PCType type = nullptr;
-  Mat matrix = nullptr;
-  check(PCGetType(pc, &type));
-  check(PCGetOperators(pc, nullptr, &matrix));
-  const OwnPreconditioner* offered = offered_by(matrix, type);
-  if (offered == nullptr) {
-    throw Error("the matrix has no preconditioner " + std::string(type));
-  }
-  return *offered;
-}
-
 PetscErrorCode set_up(PC pc) {
   return as_petsc_callback([&] {
-    const OwnPreconditioner& offered = preconditioner_of(pc);
-    check(PCSetApplicationContext(pc, const_cast<OwnPreconditioner*>(&offered)));
+    const PCType type = type_of(pc);
+    Mat matrix = nullptr;
+    check(PCGetOperators(pc, nullptr, &matrix));
+    const OwnPreconditioner* offered = offered_by(matrix, type);
+    if (offered == nullptr) {
+      throw Error("the matrix has no preconditioner " + std::string(type));
+    }
+    check(PCSetApplicationContext(pc, const_cast<OwnPreconditioner*>(offered)));
     const char* name = nullptr;
     check(PCShellGetName(pc, &name));
-    if (name == nullptr || offered.words != name) {  // PETSc would copy it at each set-up.
-      check(PCShellSetName(pc, offered.words.c_str()));
+    if (name == nullptr || offered->words != name) {  // PETSc would copy it at each set-up.
+      check(PCShellSetName(pc, offered->words.c_str()));
     }
-    if (offered.update) {
-      offered.update();
+    if (offered->update) {
+      offered->update();
     }
   });
 }
@@ -66,9 +53,7 @@ PetscErrorCode apply(PC pc, Vec in, Vec out) {
 /// Makes a preconditioner of an own type: a shell that keeps the type's name, as in the options.
 PetscErrorCode create(PC pc) {
   return as_petsc_callback([&] {
-    PCType given = nullptr;
-    check(PCGetType(pc, &given));
-    const std::string type = given;  // PCSetType frees the name.
+    const std::string type = type_of(pc);  // PCSetType frees the name.
     check(PCSetType(pc, PCSHELL));
     check(PCShellSetSetUp(pc, set_up));
     check(PCShellSetApply(pc, apply));
@@ -80,9 +65,7 @@ PetscErrorCode create(PC pc) {
 }  // namespace
 
 void offer_preconditioner(Mat matrix, const std::string& type, const OwnPreconditioner& offered) {
-  if (own_types().insert(type).second) {
-    check(PCRegister(type.c_str(), create));
-  }
+  check(PCRegister(type.c_str(), create));
   Handle<PetscContainer, PetscContainerDestroy> container;
   check(PetscContainerCreate(comm_of(matrix), container.create()));
   check(PetscContainerSetPointer(container, const_cast<OwnPreconditioner*>(&offered)));
@@ -90,7 +73,11 @@ void offer_preconditioner(Mat matrix, const std::string& type, const OwnPrecondi
                            reinterpret_cast<PetscObject>(PetscContainer(container))));
 }
 
-bool is_own_type(const std::string& type) { return own_types().count(type) > 0; }
+bool is_own_type(const std::string& type) {
+  PetscErrorCode (*registered)(PC) = nullptr;
+  check(PetscFunctionListFind(PCList, type.c_str(), &registered));
+  return registered == create;
+}
 
 bool offers_preconditioner(Mat matrix, const std::string& type) { return offered_by(matrix, type) != nullptr; }
 

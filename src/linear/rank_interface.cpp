@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 #include "base/sorting.h"
 
@@ -26,12 +27,8 @@ int RankInterface::number(PetscInt row) const {
   return static_cast<int>(std::lower_bound(rows_.begin(), rows_.end(), row) - rows_.begin());
 }
 
-void RankInterface::set_border(const std::vector<bool>& is_coupled, int width) {
-  for (int number = 0; number < size(); ++number) {
-    if (is_coupled[number]) {
-      border_.push_back(number);
-    }
-  }
+void RankInterface::set_border(std::vector<int> border, int width) {
+  border_ = std::move(border);
   width_ = width;
   std::vector<int> loaded(own_.size());
   std::iota(loaded.begin(), loaded.end(), own_first_);

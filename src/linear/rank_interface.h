@@ -32,8 +32,8 @@ class RankInterface {
   int inner_number(PetscInt row) const { return number_[row - first_]; }
 
   /// Sets the border, the interface rows coupled with this rank's inner rows. Collective.
-  /// @param is_coupled of each interface row @param width number of values of each row when loads are summed
-  void set_border(const std::vector<bool>& is_coupled, int width);
+  /// @param border numbers in the interface, ascending @param width number of values of each row when loads are summed
+  void set_border(std::vector<int> border, int width);
   /// Numbers in the interface of the border's rows, ascending.
   const std::vector<int>& border() const { return border_; }
 

@@ -79,16 +79,10 @@ void replay(MPI_Comm comm, const std::string& file) {
 
   PetscInt rows = 0;
   MatInfo info;
-  KSPType type = nullptr;
-  PC pc = nullptr;
-  PCType preconditioner = nullptr;
   double residual = 0;
   double size = 0;
   check(MatGetSize(matrix, &rows, nullptr));
   check(MatGetInfo(matrix, MAT_GLOBAL_SUM, &info));
-  check(KSPGetType(ksp, &type));
-  check(KSPGetPC(ksp, &pc));
-  check(PCGetType(pc, &preconditioner));
   check(MatMult(matrix, solution, left));
   check(VecAYPX(left, -1, right_hand_side));
   check(VecNorm(left, NORM_2, &residual));
@@ -97,8 +91,8 @@ void replay(MPI_Comm comm, const std::string& file) {
       comm,
       "%s: %d rows, %.0f entries\n%s, %s: %d iterations, set-up %.3g s, solve %.3g s, true residual %.2e of "
       "the right-hand side\n",
-      file.c_str(), static_cast<int>(rows), info.nz_used, type, preconditioner, result.iterations, ready - begin,
-      end - ready, size > 0 ? residual / size : residual));
+      file.c_str(), static_cast<int>(rows), info.nz_used, type_of(KSP(ksp)), type_of(preconditioner_of(ksp)),
+      result.iterations, ready - begin, end - ready, size > 0 ? residual / size : residual));
   if (!result.converged) {
     throw Error("replay: " + result.reason);
   }

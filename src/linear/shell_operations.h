@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 
-#include "base/error.h"
+#include "base/handle.h"
 
 namespace pellicle::linear {
 
@@ -34,11 +34,15 @@ void set_shell_operation(Mat matrix, MatOperation operation) {
   check(MatShellSetOperation(matrix, operation, reinterpret_cast<void (*)()>(shell_callback<method>(method))));
 }
 
-/// The product of a symmetric matrix. Not collective.
-template <auto multiply>
-void set_symmetric_product(Mat matrix) {
-  set_shell_operation<multiply>(matrix, MATOP_MULT);
-  set_shell_operation<multiply>(matrix, MATOP_MULT_TRANSPOSE);
+/// A symmetric shell matrix. Collective.
+/// @tparam multiply its product with vectors @param rows of this rank @param self context, for all operations
+template <auto multiply, class Self>
+MatHandle symmetric_shell(MPI_Comm comm, PetscInt rows, Self* self) {
+  MatHandle shell;
+  check(MatCreateShell(comm, rows, rows, PETSC_DETERMINE, PETSC_DETERMINE, self, shell.create()));
+  set_shell_operation<multiply>(shell, MATOP_MULT);
+  set_shell_operation<multiply>(shell, MATOP_MULT_TRANSPOSE);
+  return shell;
 }
 
 /// The values of this rank's rows of a vector, which PETSc lends until the end of the scope. Not collective.

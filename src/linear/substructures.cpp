@@ -10,6 +10,7 @@
 
 #include "base/error.h"
 #include "base/handle.h"
+#include "base/sorting.h"
 #include "linear/shell_operations.h"
 
 namespace pellicle::linear {
@@ -22,8 +23,52 @@ class Substructures::Factor {
   /// @param starts, rows of the upper half of A by columns, inner unknowns first: rows ascend, and the border's are
   /// dense
   /// @param border interface numbers of the border's unknowns, ascending
-  Factor(const std::vector<int>& starts, const std::vector<int>& rows, std::vector<int> border);
-  ~Factor();
+  Factor(const std::vector<int>& starts, const std::vector<int>& rows, std::vector<int> border)
+      : size_(static_cast<int>(starts.size()) - 1),
+        inner_(size_ - static_cast<int>(border.size())),
+        border_(std::move(border)) {
+    cholmod_start(&common_);
+    common_.print = 0;
+    common_.supernodal = CHOLMOD_SUPERNODAL;
+    common_.quick_return_if_not_posdef = 1;
+    const std::size_t size = size_;
+    const auto count = static_cast<std::size_t>(starts.back());
+    matrix_ = cholmod_allocate_sparse(size, size, count, 1, 1, 1, CHOLMOD_REAL, &common_);
+    load_ = cholmod_zeros(size, 1, CHOLMOD_REAL, &common_);
+    std::copy(starts.begin(), starts.end(), static_cast<int*>(matrix_->p));
+    std::copy(rows.begin(), rows.end(), static_cast<int*>(matrix_->i));
+    std::fill_n(values(), count, 0.0);
+    if (size_ == 0) {
+      return;  // which CHOLMOD does not take
+    }
+    // The border last.
+    std::vector<int> group(size);
+    std::vector<int> order(size);
+    std::fill(group.begin() + inner_, group.end(), 1);
+    if (cholmod_camd(matrix_, nullptr, 0, group.data(), order.data(), &common_) == 0) {
+      throw std::bad_alloc();
+    }
+    common_.nmethods = 1;
+    common_.method[0].ordering = CHOLMOD_GIVEN;
+    factor_ = cholmod_analyze_p(matrix_, order.data(), nullptr, 0, &common_);
+    if (factor_ == nullptr) {
+      throw std::bad_alloc();
+    }
+    place_.resize(size);
+    const int* permutation = static_cast<const int*>(factor_->Perm);
+    for (int k = 0; k < size_; ++k) {
+      place_[permutation[k]] = k;
+      at_place_.push_back(std::max(permutation[k] - inner_, -1));
+    }
+  }
+  ~Factor() {
+    cholmod_free_sparse(&matrix_, &common_);
+    cholmod_free_factor(&factor_, &common_);
+    for (cholmod_dense** dense : {&load_, &solution_, &first_workspace_, &second_workspace_}) {
+      cholmod_free_dense(dense, &common_);
+    }
+    cholmod_finish(&common_);
+  }
   Factor(const Factor&) = delete;
   Factor& operator=(const Factor&) = delete;
 
@@ -32,16 +77,101 @@ class Substructures::Factor {
 
   /// Factorises the present values, with A_bb from the lower half of the interface's matrix. @returns whether A is
   /// positive definite
-  bool refresh(const Eigen::MatrixXd& interface);
+  bool refresh(const Eigen::MatrixXd& interface) {
+    if (size_ == 0) {
+      return true;
+    }
+    const auto border = static_cast<Eigen::Index>(border_.size());
+    const int* starts = static_cast<const int*>(matrix_->p);
+    for (int b = 0; b < border; ++b) {
+      double* past = values() + starts[inner_ + b + 1];  // The last entries of a column are the border's.
+      for (int a = 0; a <= b; ++a) {
+        past[a - b - 1] = interface(border_[b], border_[a]);
+      }
+    }
+    if (cholmod_factorize(matrix_, factor_, &common_) == 0) {
+      throw std::bad_alloc();
+    }
+    if (common_.status == CHOLMOD_NOT_POSDEF) {
+      return false;
+    }
+    const int* first_column = static_cast<const int*>(factor_->super);
+    const int* first_row = static_cast<const int*>(factor_->pi);
+    const int* first_value = static_cast<const int*>(factor_->px);
+    const int* rows = static_cast<const int*>(factor_->s);
+    const double* entries = static_cast<const double*>(factor_->x);
+    border_factor_.setZero(border, border);
+    for (std::size_t block = 0; block < factor_->nsuper; ++block) {
+      const int height = first_row[block + 1] - first_row[block];
+      for (int column = first_column[block]; column < first_column[block + 1]; ++column) {
+        const int b = at_place_[column];
+        const int offset = column - first_column[block];
+        for (int k = offset; b >= 0 && k < height; ++k) {
+          const int a = at_place_[rows[first_row[block] + k]];
+          border_factor_(a, b) = entries[first_value[block] + offset * height + k];
+        }
+      }
+    }
+    complement_.resize(border, border);
+    if (border > 0) {
+      const auto order = static_cast<PetscBLASInt>(border);
+      const double minus = -1;
+      const double zero = 0;
+      BLASsyrk_("L", "N", &order, &order, &minus, border_factor_.data(), &order, &zero, complement_.data(), &order);
+    }
+    for (int b = 0; b < border; ++b) {  // An indexed view would copy the indices.
+      for (int a = 0; a <= b; ++a) {
+        complement_(b, a) += interface(border_[b], border_[a]);
+      }
+    }
+    return true;
+  }
   /// A_bi A_ii^-1 A_ib, its lower half.
   const Eigen::MatrixXd& complement() const { return complement_; }
   /// @param load on inner unknowns @returns load on the border, -A_bi A_ii^-1 load
-  const Eigen::VectorXd& reduce(const Eigen::VectorXd& load);
+  const Eigen::VectorXd& reduce(const Eigen::VectorXd& load) {
+    if (size_ == 0) {
+      return border_loads_;
+    }
+    auto given = at(load_);
+    for (int k = 0; k < size_; ++k) {
+      given[place_[k]] = k < inner_ ? load[k] : 0;
+    }
+    solve(CHOLMOD_L);
+    border_values_.resize(border_factor_.rows());
+    for (Eigen::Index b = 0; b < border_values_.size(); ++b) {
+      border_values_[b] = at(solution_)[place_[inner_ + b]];
+    }
+    border_loads_.noalias() = border_factor_ * border_values_;
+    return border_loads_;
+  }
   /// @param interface values of all interface unknowns @param result A_ii^-1 (last load of `reduce` - A_ib border)
-  void expand(const Eigen::VectorXd& interface, Eigen::VectorXd& result);
+  void expand(const Eigen::VectorXd& interface, Eigen::VectorXd& result) {
+    if (size_ == 0) {
+      return;
+    }
+    std::swap(load_, solution_);
+    for (Eigen::Index b = 0; b < border_values_.size(); ++b) {
+      border_values_[b] = interface[border_[b]];
+    }
+    border_loads_.noalias() = border_factor_.transpose() * border_values_;
+    for (Eigen::Index b = 0; b < border_loads_.size(); ++b) {
+      at(load_)[place_[inner_ + b]] = border_loads_[b];
+    }
+    solve(CHOLMOD_Lt);
+    for (int k = 0; k < inner_; ++k) {
+      result[k] = at(solution_)[place_[k]];
+    }
+  }
 
  private:
-  void solve(int system);
+  void solve(int system) {
+    if (cholmod_solve2(system, factor_, load_, nullptr, &solution_, nullptr, &first_workspace_, &second_workspace_,
+                       &common_) == 0) {
+      throw std::bad_alloc();
+    }
+    check(PetscLogFlops(2.0 * static_cast<double>(factor_->xsize)));
+  }
   /// Values in the order of the factor.
   Eigen::Map<Eigen::VectorXd> at(cholmod_dense* values) const {
     return {static_cast<double*>(values->x), static_cast<Eigen::Index>(size_)};
@@ -64,147 +194,6 @@ class Substructures::Factor {
   Eigen::VectorXd border_values_;
   Eigen::VectorXd border_loads_;
 };
-
-Substructures::Factor::Factor(const std::vector<int>& starts, const std::vector<int>& rows, std::vector<int> border)
-    : size_(static_cast<int>(starts.size()) - 1),
-      inner_(size_ - static_cast<int>(border.size())),
-      border_(std::move(border)) {
-  cholmod_start(&common_);
-  common_.print = 0;
-  common_.supernodal = CHOLMOD_SUPERNODAL;
-  common_.quick_return_if_not_posdef = 1;
-  const std::size_t size = size_;
-  const auto count = static_cast<std::size_t>(starts.back());
-  matrix_ = cholmod_allocate_sparse(size, size, count, 1, 1, 1, CHOLMOD_REAL, &common_);
-  load_ = cholmod_zeros(size, 1, CHOLMOD_REAL, &common_);
-  std::copy(starts.begin(), starts.end(), static_cast<int*>(matrix_->p));
-  std::copy(rows.begin(), rows.end(), static_cast<int*>(matrix_->i));
-  std::fill_n(values(), count, 0.0);
-  if (size_ == 0) {
-    return;  // which CHOLMOD does not take
-  }
-  // The border last.
-  std::vector<int> group(size);
-  std::vector<int> order(size);
-  std::fill(group.begin() + inner_, group.end(), 1);
-  if (cholmod_camd(matrix_, nullptr, 0, group.data(), order.data(), &common_) == 0) {
-    throw std::bad_alloc();
-  }
-  common_.nmethods = 1;
-  common_.method[0].ordering = CHOLMOD_GIVEN;
-  factor_ = cholmod_analyze_p(matrix_, order.data(), nullptr, 0, &common_);
-  if (factor_ == nullptr) {
-    throw std::bad_alloc();
-  }
-  place_.resize(size);
-  const int* permutation = static_cast<const int*>(factor_->Perm);
-  for (int k = 0; k < size_; ++k) {
-    place_[permutation[k]] = k;
-    at_place_.push_back(std::max(permutation[k] - inner_, -1));
-  }
-}
-
-Substructures::Factor::~Factor() {
-  cholmod_free_sparse(&matrix_, &common_);
-  cholmod_free_factor(&factor_, &common_);
-  for (cholmod_dense** dense : {&load_, &solution_, &first_workspace_, &second_workspace_}) {
-    cholmod_free_dense(dense, &common_);
-  }
-  cholmod_finish(&common_);
-}
-
-bool Substructures::Factor::refresh(const Eigen::MatrixXd& interface) {
-  if (size_ == 0) {
-    return true;
-  }
-  const auto border = static_cast<Eigen::Index>(border_.size());
-  const int* starts = static_cast<const int*>(matrix_->p);
-  for (int b = 0; b < border; ++b) {
-    double* past = values() + starts[inner_ + b + 1];  // The last entries of a column are the border's.
-    for (int a = 0; a <= b; ++a) {
-      past[a - b - 1] = interface(border_[b], border_[a]);
-    }
-  }
-  if (cholmod_factorize(matrix_, factor_, &common_) == 0) {
-    throw std::bad_alloc();
-  }
-  if (common_.status == CHOLMOD_NOT_POSDEF) {
-    return false;
-  }
-  const int* first_column = static_cast<const int*>(factor_->super);
-  const int* first_row = static_cast<const int*>(factor_->pi);
-  const int* first_value = static_cast<const int*>(factor_->px);
-  const int* rows = static_cast<const int*>(factor_->s);
-  const double* entries = static_cast<const double*>(factor_->x);
-  border_factor_.setZero(border, border);
-  for (std::size_t block = 0; block < factor_->nsuper; ++block) {
-    const int height = first_row[block + 1] - first_row[block];
-    for (int column = first_column[block]; column < first_column[block + 1]; ++column) {
-      const int b = at_place_[column];
-      const int offset = column - first_column[block];
-      for (int k = offset; b >= 0 && k < height; ++k) {
-        const int a = at_place_[rows[first_row[block] + k]];
-        border_factor_(a, b) = entries[first_value[block] + offset * height + k];
-      }
-    }
-  }
-  complement_.resize(border, border);
-  if (border > 0) {
-    const auto order = static_cast<PetscBLASInt>(border);
-    const double minus = -1;
-    const double zero = 0;
-    BLASsyrk_("L", "N", &order, &order, &minus, border_factor_.data(), &order, &zero, complement_.data(), &order);
-  }
-  for (int b = 0; b < border; ++b) {  // An indexed view would copy the indices.
-    for (int a = 0; a <= b; ++a) {
-      complement_(b, a) += interface(border_[b], border_[a]);
-    }
-  }
-  return true;
-}
-
-void Substructures::Factor::solve(int system) {
-  if (cholmod_solve2(system, factor_, load_, nullptr, &solution_, nullptr, &first_workspace_, &second_workspace_,
-                     &common_) == 0) {
-    throw std::bad_alloc();
-  }
-  check(PetscLogFlops(2.0 * static_cast<double>(factor_->xsize)));
-}
-
-const Eigen::VectorXd& Substructures::Factor::reduce(const Eigen::VectorXd& load) {
-  if (size_ == 0) {
-    return border_loads_;
-  }
-  auto given = at(load_);
-  for (int k = 0; k < size_; ++k) {
-    given[place_[k]] = k < inner_ ? load[k] : 0;
-  }
-  solve(CHOLMOD_L);
-  border_values_.resize(border_factor_.rows());
-  for (Eigen::Index b = 0; b < border_values_.size(); ++b) {
-    border_values_[b] = at(solution_)[place_[inner_ + b]];
-  }
-  border_loads_.noalias() = border_factor_ * border_values_;
-  return border_loads_;
-}
-
-void Substructures::Factor::expand(const Eigen::VectorXd& interface, Eigen::VectorXd& result) {
-  if (size_ == 0) {
-    return;
-  }
-  std::swap(load_, solution_);
-  for (Eigen::Index b = 0; b < border_values_.size(); ++b) {
-    border_values_[b] = interface[border_[b]];
-  }
-  border_loads_.noalias() = border_factor_.transpose() * border_values_;
-  for (Eigen::Index b = 0; b < border_loads_.size(); ++b) {
-    at(load_)[place_[inner_ + b]] = border_loads_[b];
-  }
-  solve(CHOLMOD_Lt);
-  for (int k = 0; k < inner_; ++k) {
-    result[k] = at(solution_)[place_[k]];
-  }
-}
 
 Substructures::Substructures() = default;
 Substructures::~Substructures() = default;
@@ -231,12 +220,6 @@ void Substructures::precondition(PC pc) {
       self->solve(in, out);
     });
   }));
-}
-
-Substructures::Entries Substructures::gathered_pattern(MPI_Comm comm, const std::vector<int>& rows,
-                                                       const std::vector<int>& columns) {
-  return {of_all_ranks(comm, rows), of_all_ranks(comm, columns), std::vector<double>(rows.size()),
-          Gatherer(comm, rows.size())};
 }
 
 void Substructures::find_pattern(Mat matrix) {
@@ -275,9 +258,10 @@ void Substructures::find_pattern(Mat matrix) {
     }
     starts.push_back(static_cast<int>(upper.size()));
   }
-  std::vector<bool> is_coupled(in_column.size());
-  std::transform(in_column.begin(), in_column.end(), is_coupled.begin(), [](const auto& of) { return !of.empty(); });
-  interface_.set_border(is_coupled, 1);
+  std::vector<int> coupled = numbers_up_to(in_column.size());
+  const auto is_alone = [&](int number) { return in_column[number].empty(); };
+  coupled.erase(std::remove_if(coupled.begin(), coupled.end(), is_alone), coupled.end());
+  interface_.set_border(std::move(coupled), 1);
   const std::vector<int>& border = interface_.border();
   std::vector<int> next(in_column.size());  // place of a column's next entry
   for (std::size_t b = 0; b < border.size(); ++b) {
@@ -292,8 +276,10 @@ void Substructures::find_pattern(Mat matrix) {
   inner_factor_ = std::make_unique<Factor>(starts, upper, border);
 
   place_.clear();
-  std::vector<int> entry_rows;
-  std::vector<int> entry_columns;
+  const auto place_of = [this](int row_number, int column_number) {
+    return row_number + column_number * interface_.size();
+  };
+  std::vector<int> places;
   PetscInt place = 0;  // in the upper half
   for (PetscInt row = first; row < end; ++row) {
     const int own_number = interface_.number(row);
@@ -303,29 +289,26 @@ void Substructures::find_pattern(Mat matrix) {
         const int number = interface_.number(column);
         to = number >= 0 ? next[number]++ : column <= row ? place++ : -1;
       } else if (column >= row && interface_.number(column) >= 0) {
-        to = static_cast<PetscInt>(entry_rows.size());
-        entry_rows.push_back(interface_.number(column));
-        entry_columns.push_back(own_number);
+        to = static_cast<PetscInt>(places.size());
+        places.push_back(place_of(interface_.number(column), own_number));
       }
       place_.push_back(to);
     }
   }
-  entries_ = gathered_pattern(comm, entry_rows, entry_columns);
-  entry_rows.clear();
-  entry_columns.clear();
+  entries_ = Entries(comm, places);
+  places.clear();
   for (std::size_t a = 0; a < border.size(); ++a) {
     for (std::size_t b = a; b < border.size(); ++b) {
-      entry_rows.push_back(border[b]);
-      entry_columns.push_back(border[a]);
+      places.push_back(place_of(border[b], border[a]));
     }
   }
-  complements_ = gathered_pattern(comm, entry_rows, entry_columns);
+  complements_ = Entries(comm, places);
 }
 
 void Substructures::add_to_interface(const Entries& entries, double factor) {
   entries.all.gather(entries.own.data(), gathered_);
   for (std::size_t k = 0; k < gathered_.size(); ++k) {
-    matrix_(entries.rows[k], entries.columns[k]) += factor * gathered_[k];
+    matrix_.data()[entries.places[k]] += factor * gathered_[k];
   }
 }
 

@@ -40,13 +40,15 @@ class Substructures {
   class Factor;
   /// Values of all ranks that are added to the interface's matrix, in their order.
   struct Entries {
-    std::vector<int> rows;
-    std::vector<int> columns;
+    Entries() = default;
+    Entries(MPI_Comm comm, const std::vector<int>& own_places)
+        : places(of_all_ranks(comm, own_places)), own(own_places.size()), all(comm, own.size()) {}
+
+    std::vector<int> places;  ///< in the matrix, by columns
     std::vector<double> own;  ///< values of this rank
     Gatherer all;
   };
   void find_pattern(Mat matrix);
-  static Entries gathered_pattern(MPI_Comm comm, const std::vector<int>& rows, const std::vector<int>& columns);
   void add_to_interface(const Entries& entries, double factor);
 
   RankInterface interface_;

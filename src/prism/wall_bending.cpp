@@ -272,10 +272,10 @@ std::vector<VertexPair> WallBending::pattern() const {
   return pairs;
 }
 
-void WallBending::update_hessian(const Field& x, Curvature curvature) {
+void WallBending::update_hessian(const Field& x, double psd_blend) {
   const double* positions = reach(x);
   linearised_ = Eigen::Map<const Eigen::Matrix3Xd>(positions, 3, stencils_.reach.local());
-  kept_moments_ = curvature == Curvature::psd ? 0 : 1 - psd_blend_;
+  kept_moments_ = 1 - psd_blend;
 }
 
 void WallBending::add_hessian(const HessianBlocks& blocks) const {

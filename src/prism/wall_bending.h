@@ -44,10 +44,8 @@ class WallBending : public Potential {
   double add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
   std::vector<VertexPair> pattern() const override;
   /// The positive part leaves out the term of the bending moments by the turning of normals.
-  void update_hessian(const Field& x, Curvature curvature) override;
+  void update_hessian(const Field& x, double psd_blend) override;
   void add_hessian(const HessianBlocks& blocks) const override;
-  /// Sets the fraction of this term that is left out of the exact Hessian.
-  void set_psd_blend(double fraction) override { psd_blend_ = fraction; }
 
  private:
   /// Data of a stencil for its vertex, from the start of the step.
@@ -82,7 +80,6 @@ class WallBending : public Potential {
   mutable Field beyond_;           ///< positions in the stencils' reach
   Eigen::Matrix3Xd linearised_;    ///< positions at which the Hessian was taken
   double kept_moments_ = 1;        ///< fraction of the term of the moments in the Hessian
-  double psd_blend_ = 0;
 };
 
 }  // namespace pellicle::prism

@@ -2,7 +2,6 @@
 
 #include <utility>
 
-#include "energies/vertex_potential.h"
 #include "geometry/pressure_load.h"
 #include "prism/gradient_stiffness.h"
 
@@ -40,18 +39,18 @@ void WallPotential::set_load(std::vector<double> pressure, std::vector<PetscInt>
   rims_ = std::move(rims);
 }
 
-void WallPotential::update_hessian(const Field& x, Curvature curvature) {
+void WallPotential::update_hessian(const Field& x, double psd_blend) {
   at_rims_.clear();
-  if (curvature == Curvature::psd) {
+  if (psd_blend == Curvature::psd) {
     positive_.update(x, thickness_ratio_, {}, 1);
     in_use_ = &positive_;
     return;
   }
   std::vector<double> pressure = pressure_;
   for (double& p : pressure) {
-    p *= 1 - psd_blend_;
+    p *= 1 - psd_blend;
   }
-  exact_->update(x, thickness_ratio_, pressure, blends_ ? psd_blend_ : 1);
+  exact_->update(x, thickness_ratio_, pressure, blends_ ? psd_blend : 1);
   in_use_ = exact_.get();
   for (const PetscInt side : pressure.empty() ? std::vector<PetscInt>() : rims_) {
     const std::size_t element = side / 3;
@@ -121,7 +120,7 @@ double DampingPotential::add_value_and_gradient(const Field& x, Eigen::Matrix3Xd
 
 std::vector<VertexPair> DampingPotential::pattern() const {
   std::vector<VertexPair> pairs = multiplies() ? pairs_of_elements(membrane_) : std::vector<VertexPair>();
-  const std::vector<VertexPair> single = pairs_of_vertices(membrane_.particles);
+  const std::vector<VertexPair> single = diagonal_pairs(membrane_.particles);
   pairs.insert(pairs.end(), single.begin(), single.end());
   return pairs;
 }

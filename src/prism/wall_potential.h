@@ -30,9 +30,6 @@ class WallPotential : public Potential {
 
   /// Whether the exact Hessian can be moved towards the positive one by a fraction.
   bool blends() const { return blends_; }
-  /// Sets the fraction of each element's compression and of the pressure's stiffness that is left out; only 0 unless it
-  /// `blends`.
-  void set_psd_blend(double fraction) override { psd_blend_ = fraction; }
 
   double value(const Field& x) const override { return elements_.energy(x, thickness_ratio_); }
   void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override { add_value_and_gradient(x, gradient); }
@@ -40,7 +37,9 @@ class WallPotential : public Potential {
     return elements_.add_gradient(x, thickness_ratio_, gradient);
   }
   std::vector<VertexPair> pattern() const override { return pairs_of_elements(elements_.membrane()); }
-  void update_hessian(const Field& x, Curvature curvature) override;
+  /// @param psd_blend fraction of compression and of the pressure's stiffness that is left out; only 0 or 1 unless it
+  /// `blends`
+  void update_hessian(const Field& x, double psd_blend) override;
   void add_hessian(const HessianBlocks& blocks) const override;
   bool multiplies() const override { return true; }
   void add_product(const double* w, double* result) const override;
@@ -53,7 +52,6 @@ class WallPotential : public Potential {
   const ElementStiffness* in_use_;  ///< one of the two
   std::vector<double> thickness_ratio_;
   std::vector<double> pressure_;
-  double psd_blend_ = 0;
   std::vector<PetscInt> rims_;
   std::vector<Eigen::Matrix3d> at_rims_;  ///< rim_stiffness of each rim; empty if the positive Hessian is in use
 };
@@ -75,7 +73,7 @@ class DampingPotential : public Potential {
   void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override { add_value_and_gradient(x, gradient); }
   double add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
   std::vector<VertexPair> pattern() const override;
-  void update_hessian(const Field& /*x*/, Curvature /*curvature*/) override {}
+  void update_hessian(const Field& /*x*/, double /*psd_blend*/) override {}
   void add_hessian(const HessianBlocks& blocks) const override;
   bool multiplies() const override { return stiffness_damping_ > 0; }
   void add_product(const double* w, double* result) const override;

@@ -46,8 +46,7 @@ Gram::Gram(const SpringSet& springs, const Layout& particles, Choice<GramFormat>
   preconditioner_ = {update_lines, [this](Vec in, Vec out) { lines_->apply(in, out); },
                      "tridiagonal solves along lines of springs"};
   if (mat_type_ == GramFormat::shell) {
-    check(MatCreateShell(springs_.layout.comm, owned, owned, PETSC_DETERMINE, PETSC_DETERMINE, this, other_.create()));
-    set_symmetric_product<&Gram::multiply>(other_);
+    other_ = symmetric_shell<&Gram::multiply>(springs_.layout.comm, owned, this);
     set_shell_operation<&Gram::copy_diagonal>(other_, MATOP_GET_DIAGONAL);
   } else {
     const auto rows = numbers_up_to<PetscInt>(owned);

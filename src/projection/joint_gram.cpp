@@ -21,8 +21,7 @@ JointGram::JointGram(const Sheet& sheet, std::vector<Colour> colours, const std:
   shift_.assign(unknowns, 0);
   lambda_values_.assign(unknowns, 0);
   const auto count = static_cast<PetscInt>(unknowns);
-  check(MatCreateShell(sheet.comm(), count, count, PETSC_DETERMINE, PETSC_DETERMINE, this, matrix_.create()));
-  set_symmetric_product<&JointGram::multiply>(matrix_);
+  matrix_ = symmetric_shell<&JointGram::multiply>(sheet.comm(), count, this);
   set_shell_operation<&JointGram::copy_diagonal>(matrix_, MATOP_GET_DIAGONAL);
   set_definite(matrix_);
   set_matrix_options(matrix_, prefix);

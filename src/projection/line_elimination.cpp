@@ -351,8 +351,7 @@ LineElimination::LineElimination(const SpringSet& springs, const Layout& particl
   check(MatCreateVecs(coupling_->matrix(), kept_values_.create(), nullptr));
   check(VecDuplicate(kept_values_, kept_right_hand_side_.create()));
 
-  check(MatCreateShell(comm, unknowns, unknowns, PETSC_DETERMINE, PETSC_DETERMINE, this, schur_.create()));
-  set_symmetric_product<&LineElimination::multiply>(schur_);
+  schur_ = symmetric_shell<&LineElimination::multiply>(comm, unknowns, this);
   set_definite(schur_);
   set_matrix_options(schur_, prefix);
   preconditioner_ = {

@@ -99,9 +99,8 @@ TEST(CoarseLevel, IsTheTangentBetweenMotionsOfPatches) {
   defaults.preconditioner = PCMG;
   const Mat fine = sheet.tangent->matrix();
   const KspHandle solver = make_ksp(fine, fine, "coarse_level_test_", defaults);
-  const auto patches = RigidPatches::of(solver, *sheet.tangent, sheet.triangles(), 20);
-  ASSERT_NE(patches, nullptr);
-  patches->refresh(sheet.x);
+  RigidPatches patches(solver, *sheet.tangent, sheet.triangles(), 20);
+  patches.refresh(sheet.x);
 
   PC pc = nullptr;
   KSP coarse_solver = nullptr;

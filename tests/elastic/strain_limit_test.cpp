@@ -87,8 +87,8 @@ struct Pulled {
     springs.add_gradient(x, result);
     return Eigen::Map<Eigen::VectorXd>(result.data(), result.size());
   }
-  Eigen::MatrixXd hessian(Curvature curvature) {
-    springs.update_hessian(x, curvature);
+  Eigen::MatrixXd hessian(double psd_blend) {
+    springs.update_hessian(x, psd_blend);
     const Eigen::Index size = 3 * sheet.particles.owned;
     Eigen::MatrixXd result = Eigen::MatrixXd::Zero(size, size);
     for (Eigen::Index k = 0; k < size; ++k) {

@@ -1,11 +1,11 @@
 // A potential of one part of several limits a step of the whole.
 
-#include "energies/part_potential.h"
-
 #include <gtest/gtest.h>
 #include <petscsys.h>
 
 #include <algorithm>
+
+#include "energies/step_objective.h"
 
 namespace pellicle::part_potential_test {
 namespace {
@@ -18,7 +18,7 @@ class Fence : public Potential {
   double value(const Field& /*x*/) const override { return 0; }
   void add_gradient(const Field& /*x*/, Eigen::Matrix3Xd& /*gradient*/) const override {}
   std::vector<VertexPair> pattern() const override { return {}; }
-  void update_hessian(const Field& /*x*/, Curvature /*curvature*/) override {}
+  void update_hessian(const Field& /*x*/, double /*psd_blend*/) override {}
   void add_hessian(const HessianBlocks& /*blocks*/) const override {}
   bool limits() const override { return true; }
   bool limit(const Field& /*x*/, StepLimit how, Eigen::Ref<Eigen::Matrix3Xd> step) override {

@@ -60,7 +60,8 @@ class Springs : public Potential {
     }
     return pairs;
   }
-  void update_hessian(const Field& x, Curvature /*curvature*/) override {
+  void update_hessian(const Field& x, double psd_blend) override {
+    last_psd_blend = psd_blend;
     blocks_.clear();
     for (const Spring& spring : springs_) {
       const Eigen::Vector3d d = apart(spring, x);
@@ -69,7 +70,6 @@ class Springs : public Potential {
       blocks_.insert(blocks_.end(), {block, -block, -block, block});
     }
   }
-  void set_psd_blend(double fraction) override { psd_blend = fraction; }
   void add_hessian(const HessianBlocks& blocks) const override {
     for (std::size_t pair = 0; pair < blocks_.size(); ++pair) {
       blocks.add(pair, blocks_[pair]);
@@ -102,7 +102,7 @@ class Springs : public Potential {
 
   double push = 0;  ///< fraction of the start that is added to the place where Newton's method begins
   double last_h = 0;
-  double psd_blend = -1;
+  double last_psd_blend = -1;
   bool has_changed = false;
   Eigen::MatrixXd renewed_at;
   double furthest_down = std::numeric_limits<double>::infinity();  ///< of a step, along z
@@ -157,8 +157,14 @@ double scale_of(std::size_t part, Eigen::Index column) {
 /// A chain of springs, with volumes that cost energy and have pressures among the unknowns. Every rank has its
 /// vertices, but the second part is not owned by the first of several ranks.
 struct ChainPart : StepPart {
-  explicit ChainPart(std::size_t part) : number(part), layout(layout_of(part)), springs(layout, chain(part)) {
-    all_potentials = {&springs};
+  explicit ChainPart(std::size_t part)
+      : StepPart(layout, corners, part == 0 ? 1e-6 : 1e-4),
+        number(part),
+        layout(layout_of(part)),
+        springs(layout, chain(part)) {
+    potentials_ = {&springs};
+    length_scale_ = part == 0 ? 1 : 2;
+    force_scale_ = part == 0 ? 30 : 50;
     first_place = Field(layout, 3);
     place = Field(layout, 3);
     directions = Projectors(static_cast<std::size_t>(layout.local()));
@@ -172,10 +178,7 @@ struct ChainPart : StepPart {
 
   PetscInt local(PetscInt global) const { return LocalNumbers(layout).find(global); }
 
-  const Layout& vertices() const override { return layout; }
-  const std::vector<std::array<PetscInt, 3>>& triangles() const override { return corners; }
   const Projectors& projectors() const override { return directions; }
-  const std::vector<Potential*>& potentials() const override { return all_potentials; }
   const Field& start() const override { return first_place; }
   const Field& position() const override { return place; }
   bool move_to(const Field& position, const Eigen::VectorXd& own) override {
@@ -236,9 +239,6 @@ struct ChainPart : StepPart {
     }
     return ((unmixed_columns(number) * mixing_of(number)).transpose() * x).array() - wanted;
   }
-  double tolerance() const override { return number == 0 ? 1e-6 : 1e-4; }
-  double length_scale() const override { return number == 0 ? 1 : 2; }
-  double force_scale() const override { return number == 0 ? 30 : 50; }
   bool suits_patches() const override { return can_patch; }
   double rounding() const override { return number == 0 ? 1e-9 : 1e-8; }
 
@@ -270,7 +270,6 @@ struct ChainPart : StepPart {
   Springs springs;
   std::vector<std::array<PetscInt, 3>> corners;
   Projectors directions;
-  std::vector<Potential*> all_potentials;
   Field first_place;
   Field place;
   Eigen::VectorXd pressures;
@@ -327,9 +326,7 @@ class Joined {
       }
     }
     joint = std::make_unique<Springs>(layout_->layout(), springs);
-    objective = std::make_unique<StepObjective>(
-        all, are_joined_ ? std::vector<Potential*>{joint.get()} : std::vector<Potential*>{}, TangentMatrix::aij,
-        "test_");
+    objective = std::make_unique<StepObjective>(all, are_joined_ ? joint.get() : nullptr, TangentMatrix::aij, "test_");
     for (std::size_t p = 0; p < parts.size(); ++p) {
       for (PetscInt i = 0; i < 3 * parts[p]->vertices().owned; ++i) {
         here_.push_back(first_[p] + 3 * parts[p]->vertices().first + i);
@@ -490,7 +487,7 @@ TEST(StepObjective, TellsHowFarTowardsThePositiveTangentItGoes) {
     left.push_back(share_left);
   });
   objective.update_tangent(system, 0.25);
-  EXPECT_EQ(joined.joint->psd_blend, 0.25);
+  EXPECT_EQ(joined.joint->last_psd_blend, 0.25);
   for (const auto& part : joined.parts) {
     EXPECT_EQ(part->last_share, 0.25);
   }

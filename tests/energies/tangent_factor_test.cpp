@@ -57,7 +57,7 @@ class Ring : public Potential {
     }
     return pairs;
   }
-  void update_hessian(const Field&, Curvature) override {}
+  void update_hessian(const Field&, double) override {}
   void add_hessian(const HessianBlocks& blocks) const override {
     const std::vector<VertexPair> pairs = pattern();
     for (std::size_t k = 0; k < pairs.size(); ++k) {

@@ -1,10 +1,9 @@
-#include "energies/tangent_products.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <random>
 
+#include "energies/tangent.h"
 #include "parallel/layout.h"
 
 namespace pellicle {

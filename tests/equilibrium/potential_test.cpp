@@ -92,13 +92,13 @@ class Springs : public Potential {
     return pairs;
   }
   PetscInt pattern_version() const override { return version_; }
-  void update_hessian(const Field& x, Curvature curvature) override {
+  void update_hessian(const Field& x, double psd_blend) override {
     const Field all = everywhere(x);
     hessian_.clear();
     for (const Spring& spring : springs_) {
       const Eigen::Vector3d d = all.vector(spring.from) - all.vector(spring.to);
       const double fraction = 1 - length / d.norm();
-      const double across = curvature == Curvature::psd ? std::max(fraction, 0.0) : fraction;
+      const double across = psd_blend == Curvature::psd ? std::max(fraction, 0.0) : fraction;
       const Eigen::Matrix3d along = d * d.transpose() / d.squaredNorm();
       hessian_.emplace_back(stiffness * (across * (Eigen::Matrix3d::Identity() - along) + along));
     }

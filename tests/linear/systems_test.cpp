@@ -8,7 +8,6 @@
 
 #include "base/stop_signal.h"
 #include "geometry/principal_axes.h"
-#include "linear/backtracking.h"
 #include "linear/bordered_system.h"
 #include "linear/newton.h"
 #include "tests/linear/chain_matrix.h"

@@ -1,7 +1,6 @@
 #pragma once
 
-#include "energies/potential.h"
-#include "energies/tangent_products.h"
+#include "energies/tangent.h"
 
 namespace pellicle {
 

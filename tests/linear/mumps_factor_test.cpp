@@ -1,6 +1,6 @@
 // The factor of the interface's matrix against dense solutions and eigenvalues, dense by LAPACK and sparse by MUMPS.
 
-#include "linear/interface_factor.h"
+#include "linear/mumps_factor.h"
 
 #include <gtest/gtest.h>
 

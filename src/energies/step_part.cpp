@@ -1,4 +1,4 @@
-#include "energies/part_of_potentials.h"
+#include "energies/step_part.h"
 
 #include <utility>
 
@@ -18,17 +18,6 @@ bool PartOfPotentials::move_to(const Field& position, const Eigen::VectorXd& /*o
 double PartOfPotentials::value() {
   evaluate();
   return sum_over_ranks(comm(), value_);
-}
-
-const Eigen::Matrix3Xd& PartOfPotentials::gradient() {
-  evaluate();
-  return gradient_;
-}
-
-void PartOfPotentials::begin_tangent(double psd_blend) {
-  for (Potential* potential : potentials_) {
-    potential->set_psd_blend(psd_blend);
-  }
 }
 
 void PartOfPotentials::evaluate() {
