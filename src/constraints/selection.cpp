@@ -8,7 +8,6 @@
 #include "base/error.h"
 #include "parallel/collective.h"
 #include "parallel/exchange.h"
-#include "surface/groups.h"
 
 namespace pellicle::constraints {
 

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/incidence.h"
 #include "geometry/pressure_load.h"
-#include "surface/opposite_sides.h"
 
 namespace pellicle::elastic {
 

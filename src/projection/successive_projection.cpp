@@ -5,10 +5,10 @@
 #include <numeric>
 
 #include "base/error.h"
+#include "base/incidence.h"
 #include "base/units.h"
 #include "linear/shell_operations.h"
 #include "parallel/collective.h"
-#include "surface/incidence.h"
 #include "surface/weave_strain.h"
 
 namespace pellicle::projection {

@@ -13,12 +13,12 @@
 #include "base/disjoint_sets.h"
 #include "base/error.h"
 #include "base/handle.h"
+#include "base/incidence.h"
 #include "base/noise.h"
 #include "base/sorting.h"
 #include "parallel/collective.h"
 #include "parallel/exchange.h"
 #include "parallel/route.h"
-#include "surface/opposite_sides.h"
 #include "surface/pieces.h"
 
 namespace pellicle::surface {

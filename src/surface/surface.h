@@ -116,6 +116,11 @@ struct Surface {
   const SpringSet& of(Colour colour) const { return springs[static_cast<std::size_t>(colour)]; }
 };
 
+/// Whether each local particle is in a named group of the mesh. Not collective.
+/// @param key of the option that names the group, "pins.rail.group"
+/// @throws Error that lists the mesh's groups, the same on every rank, if there is no such group
+std::vector<bool> members_of_group(const Surface& points, const std::string& key, const std::string& group);
+
 /// Planes of symmetry with a common point, and the particles of a surface in them.
 struct SymmetryPlanes {
   std::vector<Eigen::Vector3d> normals;  ///< unit vectors, 32 at most

@@ -12,7 +12,6 @@
 #include "equilibrium/time_scheme.h"
 #include "io/console.h"
 #include "parallel/collective.h"
-#include "surface/one_layer.h"
 
 namespace pellicle::world {
 

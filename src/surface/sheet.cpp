@@ -1,4 +1,4 @@
-#include "surface/one_layer.h"
+#include "surface/sheet.h"
 
 #include <algorithm>
 #include <array>
