@@ -164,6 +164,11 @@ MeshRows rows_of(const Membrane& membrane, const Records& particles, const Recor
   return rows;
 }
 
+LoadedMembrane split(const Membrane& membrane, const SplitCorners& corners, const Records& particles,
+                     const Records& copies, const Records& elements, const SheetOptions& options) {
+  return make_membrane(membrane.comm(), split(rows_of(membrane, particles, elements), corners, copies), options);
+}
+
 Eigen::Matrix3Xd perturbed_positions(const Membrane& membrane, const SheetOptions& options) {
   double sum = 0;
   for (PetscInt e = 0; e < membrane.elements.owned; ++e) {

@@ -8,6 +8,7 @@
 
 #include "surface/mesh_rows.h"
 #include "surface/sheet_options.h"
+#include "surface/split_corners.h"
 #include "surface/surface.h"
 
 namespace pellicle::surface {
@@ -50,6 +51,10 @@ std::vector<double> vertex_areas(const Membrane& membrane);
 /// @param particles data of the owned particles
 /// @param elements data of the owned elements
 MeshRows rows_of(const Membrane& membrane, const Records& particles, const Records& elements);
+
+/// Splits corners, as of a sheet (surface/shell.h). Collective.
+LoadedMembrane split(const Membrane& membrane, const SplitCorners& corners, const Records& particles,
+                     const Records& copies, const Records& elements, const SheetOptions& options);
 
 /// Rest positions plus the initial noise, whose unit is the mean side of the triangles (surface/distribution.h).
 /// Collective.

@@ -298,6 +298,41 @@ MeshRows rows_of_mesh(const Sheet& sheet) {
   return rows;
 }
 
+LoadedSheet compact(const Sheet& sheet, const std::vector<bool>& kept, const Records& particles, const Records& cells,
+                    const SheetOptions& options) {
+  MeshRows rows = rows_of(sheet, kept, particles, cells);
+  const RankShares shares = shares_of_ranks(sheet.comm(), static_cast<double>(rows.cells.size()));
+  if (shares.imbalance > options.imbalance_limit) {
+    rows.part.clear();
+  }
+  return make_sheet(sheet.comm(), std::move(rows), {sheet.first_lattice_id, sheet.id_end}, options);
+}
+
+LoadedSheet spread(const Sheet& sheet, const std::vector<double>& load, const Records& particles, const Records& cells,
+                   const SheetOptions& options) {
+  std::vector<double> fraction = load;  // of each element at a particle
+  for (std::size_t i = 0; i < fraction.size(); ++i) {
+    fraction[i] /= std::max(sheet.cell_count[i], 1);
+  }
+  fraction.resize(sheet.particles.local());
+  update_ghosts(sheet.particles, fraction);
+  const auto of = [&fraction](PetscInt particle) { return fraction[particle]; };
+  MeshRows rows = rows_of(sheet, {}, particles, cells);
+  rows.part.clear();
+  for (std::size_t cell = 0; cell < rows.cells.size(); ++cell) {
+    const std::array<PetscInt, 4>& corners = sheet.cells[cell];
+    rows.load.push_back(std::accumulate(corners.begin(), corners.end(), of(sheet.lattice[cell]),
+                                        [&of](double sum, PetscInt corner) { return sum + of(corner); }));
+  }
+  return make_sheet(sheet.comm(), std::move(rows), {sheet.first_lattice_id, sheet.id_end}, options);
+}
+
+LoadedSheet split(const Sheet& sheet, const SplitCorners& corners, const Records& particles, const Records& copies,
+                  const Records& cells, const SheetOptions& options) {
+  return make_sheet(sheet.comm(), split(rows_of(sheet, {}, particles, cells), corners, copies),
+                    {sheet.first_lattice_id, corners.id_end}, options);
+}
+
 Eigen::Matrix3Xd perturbed_positions(const Sheet& sheet, const SheetOptions& options) {
   const SpringSet& blue = sheet.of(Colour::blue);
   return perturbed_positions(sheet, options, sum_of_lengths(blue) / static_cast<double>(blue.layout.global));

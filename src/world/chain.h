@@ -77,7 +77,7 @@ class Chain {
   /// Persistent ids of the local elements. Not collective.
   virtual std::vector<PetscInt> element_ids(const Surface& surface) const = 0;
 
-  /// Splits corners of a surface. @param particles, copies, elements data of these, see `split` of surface/compaction.h
+  /// Splits corners of a surface. @param particles, copies, elements data of these, see `split` of surface/shell.h
   virtual MovedSurface split(const Surface& surface, const SplitCorners& corners, const Records& particles,
                              const Records& copies, const Records& elements) const = 0;
   /// Removes empty elements from a surface; none: there are too few of them.

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "ablation/ablation.h"
-#include "surface/compaction.h"
+#include "surface/shell.h"
 #include "tests/ablation/sheets.h"
 #include "tests/support/balls.h"
 

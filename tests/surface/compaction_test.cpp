@@ -1,5 +1,3 @@
-#include "surface/compaction.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>

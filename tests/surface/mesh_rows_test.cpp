@@ -12,8 +12,8 @@
 #include "meshing/generators.h"
 #include "meshing/triangulation.h"
 #include "parallel/route.h"
-#include "surface/compaction.h"
 #include "surface/membrane.h"
+#include "surface/shell.h"
 #include "tests/support/balls.h"
 #include "tests/support/grid_mesh.h"
 

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "parallel/collective.h"
-#include "surface/compaction.h"
 #include "surface/shell.h"
 #include "tests/support/grid_mesh.h"
 
