@@ -68,8 +68,8 @@ LineMatrices::LineMatrices(const SpringSet& set, const std::vector<std::vector<P
   factor_.assign(springs_.size() + lanes, 0);
 }
 
-void LineMatrices::update(const std::vector<double>& diagonal, const Eigen::Matrix3Xd& gradient,
-                          const std::vector<double>& inverse_mass) {
+void LineMatrices::factorise(const std::vector<double>& diagonal, const Eigen::Matrix3Xd& gradient,
+                             const std::vector<double>& inverse_mass) {
   const double* gradients = gradient.data();
   using Columns = Eigen::Array<double, lanes, 3>;
   Columns before = Columns::Zero();  // gradients of the unknowns before
@@ -206,33 +206,33 @@ std::vector<bool> follows_separator(const LineFamily& family) {
 }  // namespace
 
 JoinedLines::JoinedLines(const SpringSet& set, LineFamily& family, bool keeps_entries)
-    : set_(set), matrices_(set, family.lines, follows_separator(family), keeps_entries), family_(family) {
+    : LineMatrices(set, family.lines, follows_separator(family), keeps_entries), set_(set), family_(family) {
   for (std::size_t line = 0; line < family_.lines.size(); ++line) {
     if (unknowns_.size() < family_.separators.size() &&
         family_.lines[line].front() == family_.separators[unknowns_.size()]) {
-      unknowns_.push_back(matrices_.at_end(line, 0));
+      unknowns_.push_back(ends_[line][0]);
     }
   }
   family.lines = {};
-  coupling_.resize(family_.ends.size());
+  end_coupling_.resize(family_.ends.size());
   separators_.resize(2 * static_cast<std::size_t>(family_.separators_of_all));
   right_.resize(family_.separators_of_all);
   std::size_t largest = 0;
-  for (std::size_t group = 0; group < matrices_.groups(); ++group) {
-    largest = std::max(largest, matrices_.group_size(group));
+  for (std::size_t group = 0; group < groups(); ++group) {
+    largest = std::max(largest, group_size(group));
   }
-  values_.resize(is_joined() ? static_cast<std::size_t>(matrices_.size()) : largest);
+  values_.resize(is_joined() ? static_cast<std::size_t>(size()) : largest);
 }
 
 void JoinedLines::update(const std::vector<double>& diagonal, const Eigen::Matrix3Xd& gradient,
                          const std::vector<double>& inverse_mass) {
-  matrices_.update(diagonal, gradient, inverse_mass);
+  factorise(diagonal, gradient, inverse_mass);
   if (!is_joined()) {
     return;
   }
-  by_spike_.assign(matrices_.spiked_lines(), 0);
-  for (std::size_t group = 0; group < matrices_.groups(); ++group) {
-    matrices_.first_values(group, matrices_.spikes().data() + matrices_.group_start(group), by_spike_.data());
+  by_spike_.assign(lanes * spiked_groups_, 0);
+  for (std::size_t group = 0; group < groups(); ++group) {
+    first_values(group, spikes_.data() + groups_[group], by_spike_.data());
   }
   const std::size_t count = right_.size();
   std::fill(separators_.begin(), separators_.end(), 0);
@@ -243,20 +243,19 @@ void JoinedLines::update(const std::vector<double>& diagonal, const Eigen::Matri
     separators_[count + 1 + static_cast<std::size_t>(family_.neighbour_numbers[k])] +=
         entry_of(set_, family_.neighbours[k], gradient, inverse_mass);
   }
-  for (std::size_t k = 0; k < coupling_.size(); ++k) {
+  for (std::size_t k = 0; k < end_coupling_.size(); ++k) {
     const LineEnd& end = family_.ends[k];
-    coupling_[k] = entry_of(set_, end.pair, gradient, inverse_mass);
-    const std::size_t last = matrices_.at_end(end.line, 1);
-    separators_[end.number] -= coupling_[k] * coupling_[k] *
-                               (end.end == 0 ? by_spike_[matrices_.spike_of(end.line)] : matrices_.inverse_pivot(last));
+    end_coupling_[k] = entry_of(set_, end.pair, gradient, inverse_mass);
+    const std::size_t last = ends_[end.line][1];
+    separators_[end.number] -=
+        end_coupling_[k] * end_coupling_[k] * (end.end == 0 ? by_spike_[spike_of_[end.line]] : inverse_pivot_[last]);
     if (k > 0 && family_.ends[k - 1].line == end.line) {
       const std::size_t number = std::max(end.number, family_.ends[k - 1].number);
-      separators_[count + number] -=
-          coupling_[k] * coupling_[k - 1] * matrices_.spikes()[last] * matrices_.inverse_pivot(last);
+      separators_[count + number] -= end_coupling_[k] * end_coupling_[k - 1] * spikes_[last] * inverse_pivot_[last];
     }
   }
   for (const std::size_t unknown : unknowns_) {
-    matrices_.set_to_identity(unknown);
+    inverse_pivot_[unknown] = 1;
   }
   sum_over_ranks(set_.layout.comm, separators_);
   double inverse = 0;
@@ -281,11 +280,11 @@ void JoinedLines::solve_separators(double* values) {
   for (std::size_t k = 0; k < unknowns_.size(); ++k) {
     right_[family_.numbers[k]] = values[unknowns_[k]];
   }
-  for (std::size_t k = 0; k < coupling_.size(); ++k) {
+  for (std::size_t k = 0; k < end_coupling_.size(); ++k) {
     const LineEnd& end = family_.ends[k];
-    const std::size_t last = matrices_.at_end(end.line, 1);
-    right_[end.number] -= coupling_[k] * (end.end == 0 ? by_spike_[matrices_.spike_of(end.line)]
-                                                       : values[last] * matrices_.inverse_pivot(last));
+    const std::size_t last = ends_[end.line][1];
+    right_[end.number] -=
+        end_coupling_[k] * (end.end == 0 ? by_spike_[spike_of_[end.line]] : values[last] * inverse_pivot_[last]);
   }
   sum_over_ranks(set_.layout.comm, right_);
   const double* inverse_pivot = separators_.data();
@@ -296,13 +295,13 @@ void JoinedLines::solve_separators(double* values) {
   for (std::size_t k = right_.size(); k-- > 0;) {
     right_[k] = right_[k] * inverse_pivot[k] - (k + 1 < right_.size() ? factor[k + 1] * right_[k + 1] : 0);
   }
-  for (std::size_t k = 0; k < coupling_.size(); ++k) {
+  for (std::size_t k = 0; k < end_coupling_.size(); ++k) {
     const LineEnd& end = family_.ends[k];
-    const double product = coupling_[k] * right_[end.number];
+    const double product = end_coupling_[k] * right_[end.number];
     if (end.end == 0) {
-      by_spike_[matrices_.spike_of(end.line)] = product;
+      by_spike_[spike_of_[end.line]] = product;
     } else {
-      values[matrices_.at_end(end.line, 1)] -= product;
+      values[ends_[end.line][1]] -= product;
     }
   }
   for (std::size_t k = 0; k < unknowns_.size(); ++k) {
@@ -315,26 +314,26 @@ LineElimination::LineElimination(const SpringSet& springs, const Layout& particl
       eliminated_(springs, lines_.eliminated, false),
       kept_(springs, lines_.kept, true) {
   MPI_Comm comm = springs.layout.comm;
-  const PetscInt unknowns = kept_.matrices().size();
+  const PetscInt unknowns = kept_.size();
   const PetscInt first = number_owned(comm, unknowns).first;
   // Global unknown of S of each local spring, or -1.
   std::vector<PetscInt> columns(springs.ends.size(), -1);
   std::vector<PetscInt> previous(springs.ends.size(), -1);  // in the line of a kept spring
   for (PetscInt i = 0; i < unknowns; ++i) {
-    const PetscInt spring = kept_.matrices().springs()[i];
+    const PetscInt spring = kept_.springs()[i];
     if (spring >= 0) {
       columns[spring] = first + i;
-      previous[spring] = kept_.matrices().previous(i);
+      previous[spring] = kept_.previous(i);
     }
   }
   update_ghosts(springs.layout, columns);
   const auto is_in_lines = [&previous](PetscInt row, PetscInt column) {
     return row == column || previous[row] == column || previous[column] == row;
   };
-  std::vector<PetscInt> rows = eliminated_.matrices().springs();
+  std::vector<PetscInt> rows = eliminated_.springs();
   const Incidence incidence(springs.ends, particles.local());
   for (PetscInt i = 0; i < unknowns; ++i) {
-    const PetscInt spring = kept_.matrices().springs()[i];
+    const PetscInt spring = kept_.springs()[i];
     const auto has_entries = [&](PetscInt particle) {
       const Incidence::Range all = incidence[particle];
       return std::any_of(all.begin(), all.end(),
@@ -365,8 +364,8 @@ std::string LineElimination::words() const {
     return std::to_string(
         std::count_if(lines.springs().begin(), lines.springs().end(), [](PetscInt spring) { return spring >= 0; }));
   };
-  return "tridiagonal solves along lines of springs, on this rank " + count(eliminated_.matrices()) +
-         " springs eliminated, " + count(kept_.matrices()) + " kept";
+  return "tridiagonal solves along lines of springs, on this rank " + count(eliminated_) + " springs eliminated, " +
+         count(kept_) + " kept";
 }
 
 void LineElimination::update(const std::vector<double>& diagonal, const Eigen::Matrix3Xd& gradient,
@@ -382,14 +381,14 @@ void LineElimination::multiply(Vec in_vector, Vec out_vector) {
   const ConstVecValues in(in_vector);
   VecValues out(out_vector);
   rows_->begin(in.data());
-  kept_.matrices().multiply(in.data(), out.data());
+  kept_.multiply(in.data(), out.data());
   rows_->end(in.data());
   eliminated_.solve_by_groups(
       [&](std::size_t first, std::size_t count, double* values) { rows_->multiply(first, count, in.data(), values); },
       [&](std::size_t first, std::size_t count, const double* x) {
         rows_->subtract_transposed(first, count, x, out.data());
       });
-  const std::size_t below = eliminated_.matrices().size();
+  const std::size_t below = eliminated_.size();
   rows_->multiply(below, off_lines_.size(), in.data(), off_line_values_.data());
   for (std::size_t k = 0; k < off_lines_.size(); ++k) {
     out[off_lines_[k]] += off_line_values_[k];
@@ -401,9 +400,9 @@ void LineElimination::multiply(Vec in_vector, Vec out_vector) {
 void LineElimination::eliminate(Vec right_hand_side) {
   const ConstVecValues all(right_hand_side);
   VecValues kept(kept_right_hand_side_);
-  gather(kept_.matrices(), 0, kept_.matrices().springs().size(), all.data(), kept.data());
+  gather(kept_, 0, kept_.springs().size(), all.data(), kept.data());
   eliminated_.solve_by_groups([&](std::size_t first, std::size_t count,
-                                  double* values) { gather(eliminated_.matrices(), first, count, all.data(), values); },
+                                  double* values) { gather(eliminated_, first, count, all.data(), values); },
                               [&](std::size_t first, std::size_t count, const double* x) {
                                 rows_->subtract_transposed(first, count, x, kept.data());
                               });
@@ -416,9 +415,9 @@ void LineElimination::substitute(Vec right_hand_side, Vec lambda) {
   const ConstVecValues given(right_hand_side);
   VecValues all(lambda);
   rows_->begin(kept.data());
-  scatter(kept_.matrices(), 0, kept_.matrices().springs().size(), kept.data(), all.data());
+  scatter(kept_, 0, kept_.springs().size(), kept.data(), all.data());
   rows_->end(kept.data());
-  const PetscInt* springs = eliminated_.matrices().springs().data();
+  const PetscInt* springs = eliminated_.springs().data();
   eliminated_.solve_by_groups(
       [&](std::size_t first, std::size_t count, double* values) {
         rows_->multiply(first, count, kept.data(), values);
@@ -428,7 +427,7 @@ void LineElimination::substitute(Vec right_hand_side, Vec lambda) {
         }
       },
       [&](std::size_t first, std::size_t count, const double* x) {
-        scatter(eliminated_.matrices(), first, count, x, all.data());
+        scatter(eliminated_, first, count, x, all.data());
       });
 }
 
