@@ -1,9 +1,10 @@
 #include "ablation/ablation.h"
 
 #include <algorithm>
-#include <iterator>
+#include <array>
 
 #include "parallel/collective.h"
+#include "parallel/exchange.h"
 
 namespace pellicle::ablation {
 
@@ -37,7 +38,11 @@ bool Ablation::burn_away(ActiveSet& active, const std::vector<double>& level) {
       died = true;
     }
   }
-  return spread(active, died);
+  if (on_any_rank(surface_.comm(), died)) {
+    follow_triangles(active);
+    return true;
+  }
+  return false;
 }
 
 bool Ablation::crack(ActiveSet& active, const std::vector<PetscInt>& sides) {
@@ -45,7 +50,7 @@ bool Ablation::crack(ActiveSet& active, const std::vector<PetscInt>& sides) {
     return false;
   }
   // A side of this rank's springs may belong to another rank's cell, which that rank marks.
-  std::vector<ElementFlags> marks(surface_.elements.local());
+  std::vector<std::array<bool, 4>> marks(surface_.elements.local());
   const std::size_t per_element = surface_.sides_per_element();
   for (const PetscInt blue : sides) {
     for (const PetscInt of_element : surface_.sides_along(blue)) {
@@ -57,26 +62,13 @@ bool Ablation::crack(ActiveSet& active, const std::vector<PetscInt>& sides) {
   for (std::size_t side = 0; side < per_element * static_cast<std::size_t>(surface_.elements.owned); ++side) {
     active.cracked[side] = active.cracked[side] || marks[side / per_element][side % per_element];
   }
-  return spread(active, true);
+  follow_triangles(active);
+  return true;
 }
 
-bool Ablation::spread(ActiveSet& active, bool died) {
-  if (!on_any_rank(surface_.comm(), died)) {
-    return false;
-  }
-  const auto update = [this](std::vector<bool>& flags, std::size_t per_element) {
-    std::vector<ElementFlags> of_elements(surface_.elements.local());
-    for (std::size_t k = 0; k < flags.size(); ++k) {
-      of_elements[k / per_element][k % per_element] = flags[k];
-    }
-    update_ghosts(surface_.elements, of_elements);
-    for (std::size_t k = 0; k < flags.size(); ++k) {
-      flags[k] = of_elements[k / per_element][k % per_element];
-    }
-  };
-  update(active.triangles, static_cast<std::size_t>(surface_.triangles_per_element));
-  update(active.cracked, static_cast<std::size_t>(surface_.sides_per_element()));
-
+void Ablation::follow_triangles(ActiveSet& active) {
+  update_ghosts(surface_.elements, active.triangles, static_cast<std::size_t>(surface_.triangles_per_element));
+  update_ghosts(surface_.elements, active.cracked, static_cast<std::size_t>(surface_.sides_per_element()));
   const bool by_surface = rule_ == SpringRule::surface;
   const std::vector<bool> has_surface = by_surface ? particles_with_surface(active) : std::vector<bool>();
   const auto is_held = [&](PetscInt particle) { return !by_surface || has_surface[particle]; };
@@ -94,21 +86,18 @@ bool Ablation::spread(ActiveSet& active, bool died) {
     }
     update_ghosts(set.layout, springs);
   }
-  return true;
 }
 
 std::vector<bool> Ablation::particles_with_surface(const ActiveSet& active) const {
-  std::vector<std::array<bool, 1>> flags(surface_.particles.local());
+  std::vector<char> flags(surface_.particles.local(), 0);
   for (PetscInt t = 0; t < surface_.owned_triangles(); ++t) {
     for (const PetscInt particle : surface_.triangles[t]) {
-      flags[particle][0] |= active.triangles[t];
+      flags[particle] |= active.triangles[t] ? 1 : 0;
     }
   }
   gather_flags(surface_.particles, flags);
   update_ghosts(surface_.particles, flags);
-  std::vector<bool> result;
-  std::transform(flags.begin(), flags.end(), std::back_inserter(result), [](const auto& flag) { return flag[0]; });
-  return result;
+  return {flags.begin(), flags.end()};
 }
 
 std::vector<PetscInt> Ablation::bare_particles(const ActiveSet& active, const Field& mass) const {

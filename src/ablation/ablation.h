@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <vector>
 
 #include "ablation/ablation_options.h"
@@ -42,8 +41,8 @@ class Ablation {
   /// @returns whether any rank has such a side
   bool crack(ActiveSet& active, const std::vector<PetscInt>& sides);
 
-  /// Updates springs, and triangles of other ranks' elements, from the triangles of the owned ones. Collective.
-  void follow_triangles(ActiveSet& active) { spread(active, true); }
+  /// Updates springs, and triangles and sides of other ranks' elements, from those of the owned ones. Collective.
+  void follow_triangles(ActiveSet& active);
 
   /// Whether each local particle has an active triangle; others neither conduct heat nor cool. Collective.
   std::vector<bool> particles_with_surface(const ActiveSet& active) const;
@@ -52,14 +51,6 @@ class Ablation {
   std::vector<PetscInt> bare_particles(const ActiveSet& active, const Field& mass) const;
 
  private:
-  /// A flag for each surface triangle, or each side, of an element.
-  using ElementFlags = std::array<bool, 4>;
-
-  /// Sends the active triangles and sides of owned elements, and then the active owned springs, to other ranks.
-  /// @param died whether a triangle of this rank's elements has died
-  /// @returns whether a triangle of any rank's elements has died
-  bool spread(ActiveSet& active, bool died);
-
   const Surface& surface_;
   SpringRule rule_;
 };
