@@ -76,7 +76,7 @@ void Ablation::follow_triangles(ActiveSet& active) {
   const auto is_alive = [&active](PetscInt t) { return t >= 0 && active.triangles[t]; };
   for (const Colour colour : all_colours) {
     const SpringSet& set = surface_.of(colour);
-    std::vector<bool>& springs = active.springs[static_cast<std::size_t>(colour)];
+    std::vector<bool>& springs = active.springs[colour];
     for (PetscInt s = 0; s < set.owned(); ++s) {
       // A green spring crosses the side of a quad's surface triangle, which has its number.
       const bool crosses_crack = colour == Colour::green && active.cracked[set.triangles[s].front()];

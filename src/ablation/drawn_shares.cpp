@@ -86,7 +86,7 @@ void DrawnShares::find_held(const ActiveSet& active) {
   for (const Colour colour : {Colour::green, Colour::yellow}) {  // The others lie in a triangle that holds them.
     const SpringSet& springs = sheet_.of(colour);
     for (PetscInt s = 0; s < springs.owned(); ++s) {
-      if (!active.springs[static_cast<std::size_t>(colour)][s]) {
+      if (!active.springs[colour][s]) {
         continue;
       }
       for (const PetscInt end : springs.ends[s]) {

@@ -195,7 +195,7 @@ LoadedSheet assembled(const Distribution& mesh, const SheetIds& ids, const Sheet
   }
   sheet.global_corners = sum_over_ranks(mesh.comm(), sheet.owned_corners);
   for (const Colour colour : all_colours) {
-    sheet.of(colour) = make_spring_set(found[static_cast<std::size_t>(colour)], mesh, sheet);
+    sheet.of(colour) = make_spring_set(found[colour], mesh, sheet);
   }
   return {std::move(sheet), mesh.particle_data(points), mesh.rows.cell_data};
 }
