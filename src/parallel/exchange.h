@@ -60,8 +60,7 @@ class GhostExchange {
 
  private:
   PetscInt owned_;
-  bool is_needed_;  ///< whether any rank has ghosts
-  Handle<PetscSF, PetscSFDestroy> sf_;
+  Handle<PetscSF, PetscSFDestroy> sf_;  ///< null: no rank has ghosts
 };
 
 /// Copies the owners' values to the ghosts. Collective.

@@ -25,9 +25,13 @@ constexpr double similar = 1.06;
 
 }  // namespace
 
-LineMatrices::LineMatrices(const SpringSet& set, const std::vector<std::vector<PetscInt>>& lines,
-                           const std::vector<bool>& has_spike, bool keeps_entries)
-    : ends_(lines.size()), spike_of_(lines.size()) {
+LineMatrices::LineMatrices(const SpringSet& set, const LineFamily& family, bool keeps_entries)
+    : ends_(family.lines.size()), spike_of_(family.lines.size()) {
+  const std::vector<std::vector<PetscInt>>& lines = family.lines;
+  std::vector<bool> has_spike(lines.size(), false);
+  for (const LineEnd& end : family.ends) {
+    has_spike[end.line] = has_spike[end.line] || end.end == 0;
+  }
   auto order = numbers_up_to<std::size_t>(lines.size());
   // Lines of a group should also be neighbours, so that they read close memory.
   const auto key = [&](std::size_t line) {
@@ -192,21 +196,10 @@ double entry_of(const SpringSet& set, const SpringPair& pair, const Eigen::Matri
   return (joint & 1) == 0 ? product : -product;
 }
 
-/// Whether each line has a separator before its first spring.
-std::vector<bool> follows_separator(const LineFamily& family) {
-  std::vector<bool> result(family.lines.size(), false);
-  for (const LineEnd& end : family.ends) {
-    if (end.end == 0) {
-      result[end.line] = true;
-    }
-  }
-  return result;
-}
-
 }  // namespace
 
 JoinedLines::JoinedLines(const SpringSet& set, LineFamily& family, bool keeps_entries)
-    : LineMatrices(set, family.lines, follows_separator(family), keeps_entries), set_(set), family_(family) {
+    : LineMatrices(set, family, keeps_entries), set_(set), family_(family) {
   for (std::size_t line = 0; line < family_.lines.size(); ++line) {
     if (unknowns_.size() < family_.separators.size() &&
         family_.lines[line].front() == family_.separators[unknowns_.size()]) {
@@ -217,11 +210,7 @@ JoinedLines::JoinedLines(const SpringSet& set, LineFamily& family, bool keeps_en
   end_coupling_.resize(family_.ends.size());
   separators_.resize(2 * static_cast<std::size_t>(family_.separators_of_all));
   right_.resize(family_.separators_of_all);
-  std::size_t largest = 0;
-  for (std::size_t group = 0; group < groups(); ++group) {
-    largest = std::max(largest, group_size(group));
-  }
-  values_.resize(is_joined() ? static_cast<std::size_t>(size()) : largest);
+  values_.resize(size());
 }
 
 void JoinedLines::update(const std::vector<double>& diagonal, const Eigen::Matrix3Xd& gradient,

@@ -40,11 +40,8 @@ class LineMatrices {
   static constexpr std::size_t lanes = 8;
   using Lanes = Eigen::Array<double, lanes, 1>;
 
-  /// @param lines local spring numbers along each line
-  /// @param has_spike whether each line has a spike
   /// @param keeps_entries whether `multiply` is used
-  LineMatrices(const SpringSet& set, const std::vector<std::vector<PetscInt>>& lines,
-               const std::vector<bool>& has_spike, bool keeps_entries);
+  LineMatrices(const SpringSet& set, const LineFamily& family, bool keeps_entries);
 
   /// Sets new values and factorises them.
   /// @param diagonal of the owned springs
@@ -141,7 +138,7 @@ class JoinedLines : public LineMatrices {
   std::vector<double> end_coupling_;   ///< of each end of a line with its separator
   std::vector<double> separators_;     ///< of all ranks: diagonal, then entry with the separator before
   std::vector<double> right_;          ///< of all separators
-  std::vector<double> values_;         ///< L^-1 b, of all lines if they are joined, else of one group
+  std::vector<double> values_;         ///< L^-1 b, of all lines if they are joined, else of one group at the beginning
   std::vector<double> by_spike_;       ///< first values of lines, then factors of their spikes
 };
 

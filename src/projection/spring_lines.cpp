@@ -260,8 +260,8 @@ class LineFinder {
       }
       ++components_;
     }
-    is_eliminated_.resize(following_.size());
-    for (std::size_t spring = 0; spring < is_eliminated_.size(); ++spring) {
+    is_eliminated_.assign(set_.local(), false);
+    for (PetscInt spring = 0; spring < set_.owned(); ++spring) {
       is_eliminated_[spring] = is_first_family[line_of_[spring]];
     }
   }
@@ -339,7 +339,7 @@ class LineFinder {
   /// If two eliminated springs of different ranks share a particle and are not in one line, only the lower rank's may
   /// stay eliminated.
   void keep_springs_that_meet_other_ranks() {
-    update_ghost_flags(is_eliminated_);
+    update_ghosts(set_.layout, is_eliminated_);
     const std::vector<bool> eliminated = is_eliminated_;
     for (PetscInt spring = 0; spring < set_.owned(); ++spring) {
       for (std::size_t end = 0; end < 2; ++end) {
@@ -350,14 +350,14 @@ class LineFinder {
         }
       }
     }
-    update_ghost_flags(is_eliminated_);
+    update_ghosts(set_.layout, is_eliminated_);
   }
 
   /// If two springs of different ranks and of one family follow each other in a line, the higher rank's is a separator;
   /// in a closed line one of these is not. All ranks solve for all separators: where these are too many there are none,
   /// and the eliminated springs at such places are kept instead.
   void choose_separators() {
-    is_separator_.assign(set_.owned(), false);
+    is_separator_.assign(set_.local(), false);
     for (PetscInt spring = 0; spring < set_.owned(); ++spring) {
       for (const PetscInt other : following_[spring]) {
         if (is_of_lower_rank(other) && is_eliminated_[spring] == is_eliminated_[other]) {
@@ -365,7 +365,7 @@ class LineFinder {
         }
       }
     }
-    update_ghost_flags(is_separator_);
+    update_ghosts(set_.layout, is_separator_);
     number_.assign(set_.local(), none);
     for (const bool eliminated : {true, false}) {
       number_separators(eliminated);
@@ -376,8 +376,8 @@ class LineFinder {
         is_separator_[spring] = is_eliminated_[spring] = false;
       }
     }
-    update_ghost_flags(is_separator_);
-    update_ghost_flags(is_eliminated_);
+    update_ghosts(set_.layout, is_separator_);
+    update_ghosts(set_.layout, is_eliminated_);
   }
 
   void number_separators(bool eliminated) {
@@ -446,10 +446,6 @@ class LineFinder {
     }
   }
 
-  void update_ghost_flags(std::vector<bool>& flags) const {
-    flags.resize(set_.local());
-    update_ghosts(set_.layout, flags);
-  }
   bool is_of_lower_rank(PetscInt spring) const {
     return spring >= set_.owned() && set_.layout.to_global(spring) < set_.layout.first;
   }

@@ -106,10 +106,10 @@ SuccessiveProjection::SuccessiveProjection(const Sheet& sheet, const ProjectOpti
     System& system = systems_[colour];
     // Another preconditioner from the options needs the entries of the Gram matrix.
     const std::string prefix = options.solver_prefix + colour_names[colour] + "_";
-    char preconditioner[64] = "lines";
-    check(PetscOptionsGetString(nullptr, prefix.c_str(), "-pc_type", preconditioner, sizeof preconditioner, nullptr));
     GramFormat format = options.mat_type;
-    const bool eliminates_lines = format == GramFormat::lines && std::string(preconditioner) == LineElimination::type;
+    const bool eliminates_lines =
+        format == GramFormat::lines &&
+        option_value("-" + prefix + "pc_type").value_or(LineElimination::type) == LineElimination::type;
     if (format == GramFormat::lines) {
       format = eliminates_lines ? GramFormat::shell : GramFormat::aij;
     }

@@ -18,7 +18,6 @@ struct Sheet : Surface {
   /// (follow_corners). Its springs other than the blue ones only connect pieces and conduct heat.
   int layers = 2;
   PetscInt owned_corners = 0;     ///< particles [0, owned_corners) are corners; up to `particles.owned` lattice points
-  PetscInt global_corners = 0;    ///< corners of all ranks
   PetscInt first_lattice_id = 0;  ///< persistent id of the lattice point of the file's first cell
 
   /// Whether the springs of a colour act.

@@ -193,7 +193,6 @@ LoadedSheet assembled(const Distribution& mesh, const SheetIds& ids, const Sheet
     sheet.element_id.push_back(mesh.data(cell).id - ids.first_lattice_id);
     sheet.element_mass.push_back(2 * sheet.initial_mass[lattice]);
   }
-  sheet.global_corners = sum_over_ranks(mesh.comm(), sheet.owned_corners);
   for (const Colour colour : all_colours) {
     sheet.of(colour) = make_spring_set(found[colour], mesh, sheet);
   }
