@@ -6,7 +6,7 @@
 #include "base/error.h"
 #include "geometry/pressure_load.h"
 #include "parallel/collective.h"
-#include "surface/drawn_places.h"
+#include "surface/drawn_surface.h"
 
 namespace pellicle::ablation {
 

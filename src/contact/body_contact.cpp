@@ -7,7 +7,7 @@
 
 #include "contact/contact_surface.h"
 #include "parallel/collective.h"
-#include "surface/drawn_places.h"
+#include "surface/drawn_surface.h"
 
 namespace pellicle::contact {
 
