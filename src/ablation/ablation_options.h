@@ -6,10 +6,6 @@
 
 #include "options/choice.h"
 
-namespace pellicle::options {
-struct Condition;
-}  // namespace pellicle::options
-
 namespace pellicle::ablation {
 
 /// Rule for the death of springs at burnt triangles. surface: when all triangles that share them, or all at one of

@@ -2,6 +2,7 @@
 
 #include <petscsys.h>
 
+#include <Eigen/Core>
 #include <cstddef>
 #include <numeric>
 #include <type_traits>
@@ -13,14 +14,7 @@ namespace pellicle::base {
 
 /// Items, such as springs or cells, at each of some places, such as particles, in compressed rows.
 struct Incidence {
-  struct Range {
-    const PetscInt* first;
-    const PetscInt* last;
-    const PetscInt* begin() const { return first; }
-    const PetscInt* end() const { return last; }
-    PetscInt size() const { return static_cast<PetscInt>(last - first); }
-    PetscInt operator[](PetscInt i) const { return first[i]; }
-  };
+  using Range = Eigen::Map<const Eigen::Matrix<PetscInt, Eigen::Dynamic, 1>>;
 
   std::vector<PetscInt> offsets;  ///< (places + 1)
   std::vector<PetscInt> items;    ///< numbers, ascending at each place
@@ -47,7 +41,7 @@ struct Incidence {
   }
 
   Range operator[](std::size_t place) const {
-    return {items.data() + offsets[place], items.data() + offsets[place + 1]};
+    return {items.data() + offsets[place], offsets[place + 1] - offsets[place]};
   }
 };
 

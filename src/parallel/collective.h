@@ -11,20 +11,11 @@
 
 namespace pellicle::parallel {
 
-/// MPI's type of a C++ type of numbers. PetscInt is one of the integers, depending on PETSc's configuration.
-template <class Number>
-MPI_Datatype mpi_type() {
-  if constexpr (std::is_same_v<Number, double>) {
-    return MPI_DOUBLE;
-  } else if constexpr (std::is_same_v<Number, int>) {
-    return MPI_INT;
-  } else if constexpr (std::is_same_v<Number, long>) {
-    return MPI_LONG;
-  } else {
-    static_assert(std::is_same_v<Number, long long>);
-    return MPI_LONG_LONG;
-  }
-}
+// MPI's type of a number. PetscInt is one of the integers, depending on PETSc's configuration.
+inline MPI_Datatype mpi_type(double) { return MPI_DOUBLE; }
+inline MPI_Datatype mpi_type(int) { return MPI_INT; }
+inline MPI_Datatype mpi_type(long) { return MPI_LONG; }
+inline MPI_Datatype mpi_type(long long) { return MPI_LONG_LONG; }
 
 /// Whether a reduction returns its result: that of a number or array. Other values are replaced.
 template <class Values>
@@ -53,11 +44,11 @@ class Reduction {
   template <class Values>
   void reduce(MPI_Comm comm, Values& values) const {
     if constexpr (std::is_arithmetic_v<Values>) {
-      MPI_Allreduce(MPI_IN_PLACE, &values, 1, mpi_type<Values>(), operation_, comm);
+      MPI_Allreduce(MPI_IN_PLACE, &values, 1, mpi_type(values), operation_, comm);
     } else {
       static_assert(std::is_default_constructible_v<Values>, "a view of a matrix may have gaps");
-      using Number = std::remove_pointer_t<decltype(values.data())>;
-      MPI_Allreduce(MPI_IN_PLACE, values.data(), static_cast<int>(values.size()), mpi_type<Number>(), operation_, comm);
+      const std::remove_pointer_t<decltype(values.data())> number{};
+      MPI_Allreduce(MPI_IN_PLACE, values.data(), static_cast<int>(values.size()), mpi_type(number), operation_, comm);
     }
   }
 

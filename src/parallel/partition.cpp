@@ -101,7 +101,7 @@ CellGraph graph_of_groups(const CellGraph& graph, const std::vector<int>& group,
       }
     }
     coarse.offsets.push_back(static_cast<int>(coarse.neighbours.size()));
-    weights.cells.push_back(cells_of[g].size());
+    weights.cells.push_back(static_cast<idx_t>(cells_of[g].size()));
   }
   return coarse;
 }

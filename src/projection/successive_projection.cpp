@@ -41,7 +41,7 @@ void require_shift_at_irregular_vertices(const Sheet& sheet, const ProjectOption
     if (sheet.acts(colour)) {
       const Incidence incidence(sheet.of(colour).ends, sheet.particles.local());
       for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
-        worst = std::min(worst, {-incidence[i].size(), sheet.persistent_id[i]});
+        worst = std::min(worst, {-static_cast<PetscInt>(incidence[i].size()), sheet.persistent_id[i]});
       }
     }
   }

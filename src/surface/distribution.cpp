@@ -92,15 +92,8 @@ std::vector<int> partition_with_petsc(MPI_Comm comm, CellGraph graph, const std:
 std::vector<int> find_parts(MPI_Comm comm, const MeshRows& rows, const SheetOptions& options) {
   const Route to_root(comm, std::vector<int>(rows.cells.size(), 0));
   const std::vector<PetscInt> order = ordered_by(to_root.send(ids_of(rows.cells)));
-  const std::size_t count = rows.corners;
-  const std::vector<PetscInt> corner_ids =
-      to_root.send(Records::of(rows.cell_corners, static_cast<PetscInt>(rows.cells.size()), count)).as<PetscInt>();
-  std::vector<PetscInt> corners;
-  for (const PetscInt cell : order) {
-    const auto first = corner_ids.begin() + cell * static_cast<PetscInt>(count);
-    corners.insert(corners.end(), first, first + static_cast<PetscInt>(count));
-  }
-  CellGraph graph = cell_graph(corners, rows.corners);
+  const auto corners = Records::of(rows.cell_corners, static_cast<PetscInt>(rows.cells.size()), rows.corners);
+  CellGraph graph = cell_graph(to_root.send(corners).of_items(order).as<PetscInt>(), rows.corners);
   std::vector<double> load;
   if (on_any_rank(comm, !rows.load.empty())) {
     load = picked(to_root.send(rows.load), order);

@@ -28,10 +28,6 @@ std::vector<double> shared_by_corners(const Membrane& membrane, const std::vecto
 
 }  // namespace
 
-Membrane make_membrane(MPI_Comm comm, const SurfaceMesh& mesh, const SheetOptions& options) {
-  return make_membrane(comm, rows_of(comm, mesh), options).membrane;
-}
-
 LoadedMembrane make_membrane(MPI_Comm comm, MeshRows rows, const SheetOptions& options) {
   const Distribution distribution(comm, std::move(rows), 1, Numbering::by_nearness, options);
   Membrane membrane;

@@ -23,12 +23,6 @@ struct Membrane : Surface {
   Groups element_groups;  ///< local elements of groups, ascending; groups without any are left out
 };
 
-/// Distributes a triangle mesh over the ranks of `comm`, with one layer of overlap. Vertices and elements that are near
-/// each other on the surface get near numbers on a rank, whatever the order of the file; persistent ids are the file's.
-/// Collective.
-/// @param mesh checked triangles (see triangulated); only rank 0's is read
-Membrane make_membrane(MPI_Comm comm, const SurfaceMesh& mesh, const SheetOptions& options);
-
 /// A membrane with the data of its particles and elements.
 struct LoadedMembrane {
   Membrane membrane;
@@ -39,6 +33,14 @@ struct LoadedMembrane {
 /// Builds a membrane from rows that are distributed over the ranks in any way. Its numbers depend only on the
 /// triangles, their ids and their ranks. Collective.
 LoadedMembrane make_membrane(MPI_Comm comm, MeshRows rows, const SheetOptions& options);
+
+/// Distributes a triangle mesh over the ranks of `comm`, with one layer of overlap. Vertices and elements that are near
+/// each other on the surface get near numbers on a rank, whatever the order of the file; persistent ids are the file's.
+/// Collective.
+/// @param mesh checked triangles (see triangulated); only rank 0's is read
+inline Membrane make_membrane(MPI_Comm comm, const SurfaceMesh& mesh, const SheetOptions& options) {
+  return make_membrane(comm, rows_of(comm, mesh), options).membrane;
+}
 
 /// Sets the data of a membrane for burning: masses and edges. Collective.
 /// @param element_mass of the local elements [kg]

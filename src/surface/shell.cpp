@@ -240,10 +240,6 @@ void require_lengths(const Sheet& sheet) {
 
 }  // namespace
 
-Sheet make_sheet(MPI_Comm comm, const SurfaceMesh& mesh, const SheetOptions& options) {
-  return make_sheet(comm, rows_of(comm, mesh), options);
-}
-
 Sheet make_sheet(MPI_Comm comm, MeshRows mesh, const SheetOptions& options) {
   Distribution distribution(comm, std::move(mesh), shell_layers, Numbering::by_id_unless_scattered, options);
   const SheetIds ids = number_lattice(distribution);

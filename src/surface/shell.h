@@ -11,16 +11,18 @@ namespace pellicle::surface {
 /// Layers of neighbours' cells on a rank: a green spring's neighbours end one cell beyond the next cell.
 inline constexpr int shell_layers = 2;
 
+/// Makes a sheet from the rows of a mesh. Collective.
+Sheet make_sheet(MPI_Comm comm, MeshRows mesh, const SheetOptions& options);
+
 /// Distributes a quad mesh over the ranks of `comm` and builds its body-centred-square shell (burning paper, section
 /// 3.2).
 ///
 /// Every rank receives its cells and two layers of its neighbours' cells, so that every spring that ends at a particle
 /// of the rank, or shares a particle with a spring of the rank, is local with both its ends. Collective.
 /// @param mesh checked quads (see fault_of_quads); only rank 0's is read
-Sheet make_sheet(MPI_Comm comm, const SurfaceMesh& mesh, const SheetOptions& options);
-
-/// Makes a sheet from the rows of a mesh. Collective.
-Sheet make_sheet(MPI_Comm comm, MeshRows mesh, const SheetOptions& options);
+inline Sheet make_sheet(MPI_Comm comm, const SurfaceMesh& mesh, const SheetOptions& options) {
+  return make_sheet(comm, rows_of(comm, mesh), options);
+}
 
 /// A sheet with the data of its particles and cells.
 struct LoadedSheet {
