@@ -242,7 +242,7 @@ class LineFinder {
       if (component_of_line_[start] != none) {
         continue;
       }
-      component_of_line_[start] = components_;
+      component_of_line_[start] = static_cast<PetscInt>(start);
       queue.assign(1, start);
       for (std::size_t head = 0; head < queue.size(); ++head) {
         for (const PetscInt spring : lines_[queue[head]]) {
@@ -250,7 +250,7 @@ class LineFinder {
             for (const PetscInt crossing : incidence_[particle]) {
               const PetscInt line = crossing < set_.owned() ? line_of_[crossing] : none;
               if (line != none && component_of_line_[line] == none) {
-                component_of_line_[line] = components_;
+                component_of_line_[line] = static_cast<PetscInt>(start);
                 is_first_family[line] = !is_first_family[queue[head]];
                 queue.push_back(line);
               }
@@ -258,7 +258,6 @@ class LineFinder {
           }
         }
       }
-      ++components_;
     }
     is_eliminated_.assign(set_.local(), false);
     for (PetscInt spring = 0; spring < set_.owned(); ++spring) {
@@ -273,7 +272,7 @@ class LineFinder {
       PetscInt one, other;  // global numbers of two parts
       PetscInt alike;       // how many more lines have the same family in both than have not
     };
-    const PetscInt first = number_owned(set_.layout.comm, components_).first;
+    const PetscInt first = number_owned(set_.layout.comm, static_cast<PetscInt>(lines_.size())).first;
     std::vector<PetscInt> family(set_.local());  // 2 * part + family
     for (PetscInt spring = 0; spring < set_.owned(); ++spring) {
       family[spring] = 2 * (first + component_of_line_[line_of_[spring]]) + (is_eliminated_[spring] ? 1 : 0);
@@ -479,13 +478,11 @@ class LineFinder {
   std::vector<std::array<PetscInt, 2>> following_;  ///< spring in which an owned spring's line continues at either end
   std::vector<std::vector<PetscInt>> lines_;
   std::vector<PetscInt> line_of_;
-  std::vector<PetscInt> component_of_line_;  ///< number of the connected part, on this rank, of a line
-                                             ///< and all that cross it
-  PetscInt components_ = 0;
-  std::vector<PetscInt> cuts_;       ///< springs at which closed lines are cut
-  std::vector<bool> is_eliminated_;  ///< with ghosts, once ranks have agreed
-  std::vector<bool> is_separator_;   ///< of the local springs
-  std::vector<PetscInt> number_;     ///< of the local springs that are separators, over all ranks and along the lines
+  std::vector<PetscInt> component_of_line_;  ///< first line of the connected part, on this rank, of each line
+  std::vector<PetscInt> cuts_;               ///< springs at which closed lines are cut
+  std::vector<bool> is_eliminated_;          ///< with ghosts, once ranks have agreed
+  std::vector<bool> is_separator_;           ///< of the local springs
+  std::vector<PetscInt> number_;  ///< of the local springs that are separators, over all ranks and along the lines
   std::array<PetscInt, 2> separators_of_all_{};  ///< their number, of the eliminated and of the kept family
 };
 
