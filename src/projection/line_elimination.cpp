@@ -23,10 +23,35 @@ constexpr double negligible = 1e-12;
 /// Lines whose lengths have about this ratio, or less, count as equally long.
 constexpr double similar = 1.06;
 
+/// Copies values by spring to `count` unknowns from `first` on; 0 for idle ones.
+void gather(const JoinedLines& lines, std::size_t first, std::size_t count, const double* by_spring, double* values) {
+  const PetscInt* springs = lines.springs().data() + first;
+  for (std::size_t i = 0; i < count; ++i) {
+    values[i] = springs[i] < 0 ? 0 : by_spring[springs[i]];
+  }
+}
+
+void scatter(const JoinedLines& lines, std::size_t first, std::size_t count, const double* values, double* by_spring) {
+  const PetscInt* springs = lines.springs().data() + first;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (springs[i] >= 0) {
+      by_spring[springs[i]] = values[i];
+    }
+  }
+}
+
+/// Entry of J W J^T of two springs with one common particle.
+double entry_of(const SpringSet& set, const SpringPair& pair, const Eigen::Matrix3Xd& gradient,
+                const std::vector<double>& inverse_mass) {
+  const PetscInt joint = joint_of(set, pair.own, pair.other);
+  const double product = inverse_mass[joint >> 1] * gradient.col(pair.own).dot(gradient.col(pair.other));
+  return (joint & 1) == 0 ? product : -product;
+}
+
 }  // namespace
 
-LineMatrices::LineMatrices(const SpringSet& set, const LineFamily& family, bool keeps_entries)
-    : ends_(family.lines.size()), spike_of_(family.lines.size()) {
+JoinedLines::JoinedLines(const SpringSet& set, LineFamily& family, bool keeps_entries)
+    : ends_(family.lines.size()), spike_of_(family.lines.size()), set_(set), family_(family) {
   const std::vector<std::vector<PetscInt>>& lines = family.lines;
   std::vector<bool> has_spike(lines.size(), false);
   for (const LineEnd& end : family.ends) {
@@ -70,10 +95,20 @@ LineMatrices::LineMatrices(const SpringSet& set, const LineFamily& family, bool 
   }
   inverse_pivot_.resize(springs_.size());
   factor_.assign(springs_.size() + lanes, 0);
+  for (std::size_t line = 0; line < lines.size(); ++line) {
+    if (unknowns_.size() < family.separators.size() && lines[line].front() == family.separators[unknowns_.size()]) {
+      unknowns_.push_back(ends_[line][0]);
+    }
+  }
+  family.lines = {};
+  end_coupling_.resize(family_.ends.size());
+  separators_.resize(2 * static_cast<std::size_t>(family_.separators_of_all));
+  right_.resize(family_.separators_of_all);
+  values_.resize(size());
 }
 
-void LineMatrices::factorise(const std::vector<double>& diagonal, const Eigen::Matrix3Xd& gradient,
-                             const std::vector<double>& inverse_mass) {
+void JoinedLines::factorise(const std::vector<double>& diagonal, const Eigen::Matrix3Xd& gradient,
+                            const std::vector<double>& inverse_mass) {
   const double* gradients = gradient.data();
   using Columns = Eigen::Array<double, lanes, 3>;
   Columns before = Columns::Zero();  // gradients of the unknowns before
@@ -113,7 +148,7 @@ void LineMatrices::factorise(const std::vector<double>& diagonal, const Eigen::M
   check(PetscLogFlops(12.0 * static_cast<double>(springs_.size())));
 }
 
-void LineMatrices::forward(std::size_t group, double* values) const {
+void JoinedLines::forward(std::size_t group, double* values) const {
   const double* factor = factor_.data() + groups_[group];
   Lanes before = Lanes::Zero();
   for (const double* end = factor + group_size(group); factor != end; factor += lanes, values += lanes) {
@@ -122,7 +157,7 @@ void LineMatrices::forward(std::size_t group, double* values) const {
   }
 }
 
-void LineMatrices::backward(std::size_t group, double* values) const {
+void JoinedLines::backward(std::size_t group, double* values) const {
   const std::size_t start = groups_[group];
   const double* factor = factor_.data() + start;
   const double* inverse_pivot = inverse_pivot_.data() + start;
@@ -134,7 +169,7 @@ void LineMatrices::backward(std::size_t group, double* values) const {
   }
 }
 
-void LineMatrices::multiply(const double* in, double* out) const {
+void JoinedLines::multiply(const double* in, double* out) const {
   Lanes before = Lanes::Zero();
   for (std::size_t i = 0; i < springs_.size(); i += lanes) {
     const Lanes own = Eigen::Map<const Lanes>(in + i);
@@ -149,7 +184,7 @@ void LineMatrices::multiply(const double* in, double* out) const {
   check(PetscLogFlops(5.0 * static_cast<double>(springs_.size())));
 }
 
-void LineMatrices::first_values(std::size_t group, const double* values, double* by_spike) const {
+void JoinedLines::first_values(std::size_t group, const double* values, double* by_spike) const {
   if (group < spiked_groups_) {
     Eigen::Map<Lanes> sum(by_spike + lanes * group);
     for (std::size_t i = groups_[group]; i < groups_[group + 1]; i += lanes, values += lanes) {
@@ -159,7 +194,7 @@ void LineMatrices::first_values(std::size_t group, const double* values, double*
   }
 }
 
-void LineMatrices::subtract_spikes(std::size_t group, const double* by_spike, double* values) const {
+void JoinedLines::subtract_spikes(std::size_t group, const double* by_spike, double* values) const {
   if (group < spiked_groups_) {
     const Eigen::Map<const Lanes> factor(by_spike + lanes * group);
     for (std::size_t i = groups_[group]; i < groups_[group + 1]; i += lanes, values += lanes) {
@@ -167,50 +202,6 @@ void LineMatrices::subtract_spikes(std::size_t group, const double* by_spike, do
       value -= factor * Eigen::Map<const Lanes>(spikes_.data() + i);
     }
   }
-}
-
-namespace {
-
-/// Copies values by spring to `count` unknowns from `first` on; 0 for idle ones.
-void gather(const LineMatrices& lines, std::size_t first, std::size_t count, const double* by_spring, double* values) {
-  const PetscInt* springs = lines.springs().data() + first;
-  for (std::size_t i = 0; i < count; ++i) {
-    values[i] = springs[i] < 0 ? 0 : by_spring[springs[i]];
-  }
-}
-
-void scatter(const LineMatrices& lines, std::size_t first, std::size_t count, const double* values, double* by_spring) {
-  const PetscInt* springs = lines.springs().data() + first;
-  for (std::size_t i = 0; i < count; ++i) {
-    if (springs[i] >= 0) {
-      by_spring[springs[i]] = values[i];
-    }
-  }
-}
-
-/// Entry of J W J^T of two springs with one common particle.
-double entry_of(const SpringSet& set, const SpringPair& pair, const Eigen::Matrix3Xd& gradient,
-                const std::vector<double>& inverse_mass) {
-  const PetscInt joint = joint_of(set, pair.own, pair.other);
-  const double product = inverse_mass[joint >> 1] * gradient.col(pair.own).dot(gradient.col(pair.other));
-  return (joint & 1) == 0 ? product : -product;
-}
-
-}  // namespace
-
-JoinedLines::JoinedLines(const SpringSet& set, LineFamily& family, bool keeps_entries)
-    : LineMatrices(set, family, keeps_entries), set_(set), family_(family) {
-  for (std::size_t line = 0; line < family_.lines.size(); ++line) {
-    if (unknowns_.size() < family_.separators.size() &&
-        family_.lines[line].front() == family_.separators[unknowns_.size()]) {
-      unknowns_.push_back(ends_[line][0]);
-    }
-  }
-  family.lines = {};
-  end_coupling_.resize(family_.ends.size());
-  separators_.resize(2 * static_cast<std::size_t>(family_.separators_of_all));
-  right_.resize(family_.separators_of_all);
-  values_.resize(size());
 }
 
 void JoinedLines::update(const std::vector<double>& diagonal, const Eigen::Matrix3Xd& gradient,
@@ -349,7 +340,7 @@ LineElimination::LineElimination(const SpringSet& springs, const Layout& particl
 }
 
 std::string LineElimination::words() const {
-  const auto count = [](const LineMatrices& lines) {
+  const auto count = [](const JoinedLines& lines) {
     return std::to_string(
         std::count_if(lines.springs().begin(), lines.springs().end(), [](PetscInt spring) { return spring >= 0; }));
   };

@@ -16,15 +16,20 @@
 
 namespace pellicle::projection {
 
-/// J W J^T along lines of springs: a tridiagonal matrix for each line, factorised as L D L^T.
+/// J W J^T along the lines of one family: a tridiagonal matrix for each line, factorised as L D L^T.
 ///
 /// Several lines are processed side by side: unknown `k * lanes + lane` is spring k of a line. Lines of similar length
 /// are grouped; shorter ones are padded with idle unknowns, which have a one on the diagonal.
 ///
-/// A separator before a line's first spring changes L^-1 b by a multiple of the line's spike L^-1 e, with e the first
-/// unit vector. Lines with spikes come first.
-class LineMatrices {
+/// Lines are joined by separators where ranks cut them: each rank solves forwards along its lines, all ranks solve the
+/// tridiagonal systems of the separators, and each rank solves backwards. A separator before a line's first spring
+/// changes L^-1 b by a multiple of the line's spike L^-1 e, with e the first unit vector. Lines with spikes come first.
+class JoinedLines {
  public:
+  /// Takes the lines from the family; it and the set must outlive this object. Collective.
+  /// @param keeps_entries whether `multiply` is used
+  JoinedLines(const SpringSet& set, LineFamily& family, bool keeps_entries);
+
   /// Spring of each unknown; -1: idle.
   const std::vector<PetscInt>& springs() const { return springs_; }
   PetscInt size() const { return static_cast<PetscInt>(springs_.size()); }
@@ -33,18 +38,27 @@ class LineMatrices {
     const std::size_t i = unknown;
     return joints_[i] < 0 ? -1 : springs_[i - lanes];
   }
-  /// out = A in
-  void multiply(const double* in, double* out) const;
 
- protected:
+  /// Sets new values and factorises them. Collective. @param diagonal of the owned springs
+  void update(const std::vector<double>& diagonal, const Eigen::Matrix3Xd& gradient,
+              const std::vector<double>& inverse_mass);
+  /// out = A in, for each line by itself.
+  void multiply(const double* in, double* out) const;
+  /// out = A^-1 in. Collective.
+  void solve(const double* in, double* out);
+  /// Solves A x = b by groups of lines, which stay in the cache. Collective.
+  /// @param set function of a first unknown, a number of unknowns and their values, which it sets to b
+  /// @param use function of the same arguments; the values are x
+  template <class Set, class Use>
+  void solve_by_groups(const Set& set, const Use& use) {
+    solve_in(values_.data(), is_joined(), set, use);
+  }
+
+ private:
   static constexpr std::size_t lanes = 8;
   using Lanes = Eigen::Array<double, lanes, 1>;
 
-  /// @param keeps_entries whether `multiply` is used
-  LineMatrices(const SpringSet& set, const LineFamily& family, bool keeps_entries);
-
-  /// Sets new values and factorises them.
-  /// @param diagonal of the owned springs
+  /// Sets new values of the lines and factorises each by itself.
   void factorise(const std::vector<double>& diagonal, const Eigen::Matrix3Xd& gradient,
                  const std::vector<double>& inverse_mass);
 
@@ -60,43 +74,6 @@ class LineMatrices {
   /// values -= spikes times factors
   void subtract_spikes(std::size_t group, const double* by_spike, double* values) const;
 
-  std::vector<PetscInt> springs_;
-  std::vector<PetscInt> joints_;  ///< signed particle that joins an unknown to the one before, as in GramBlock, or -1
-  std::vector<std::array<std::size_t, 2>> ends_;  ///< first and last unknown of each line
-  std::vector<std::size_t> spike_of_;             ///< place in arrays `by_spike` of each line, if it has a spike
-  std::vector<std::size_t> groups_{0};            ///< (groups + 1), first unknown of each
-  std::size_t spiked_groups_ = 0;                 ///< number of groups with spikes; they come first
-  std::vector<std::size_t> spiked_firsts_;        ///< first unknowns of the lines with spikes
-  std::vector<double> spikes_;                    ///< zeros for lines without spikes in the same groups
-  std::vector<double> diagonal_;                  ///< if entries are kept
-  std::vector<double> inverse_pivot_;             ///< 1 of a separator, for which `backward` is the identity
-  // With an additional row of zeros, so that loops need not check for the end of a line.
-  std::vector<double> coupling_;  ///< with the unknown before, if entries are kept
-  std::vector<double> factor_;    ///< of L: coupling by the pivot before
-};
-
-/// J W J^T along the lines of one family, joined by separators where ranks cut them: each rank solves forwards along
-/// its lines, all ranks solve the tridiagonal systems of the separators, and each rank solves backwards.
-class JoinedLines : public LineMatrices {
- public:
-  /// Takes the lines from the family; it and the set must outlive this object. Collective.
-  /// @param keeps_entries as for LineMatrices
-  JoinedLines(const SpringSet& set, LineFamily& family, bool keeps_entries);
-
-  /// Sets new values and factorises them. Collective. @param diagonal of the owned springs
-  void update(const std::vector<double>& diagonal, const Eigen::Matrix3Xd& gradient,
-              const std::vector<double>& inverse_mass);
-  /// out = A^-1 in. Collective.
-  void solve(const double* in, double* out);
-  /// Solves A x = b by groups of lines, which stay in the cache. Collective.
-  /// @param set function of a first unknown, a number of unknowns and their values, which it sets to b
-  /// @param use function of the same arguments; the values are x
-  template <class Set, class Use>
-  void solve_by_groups(const Set& set, const Use& use) {
-    solve_in(values_.data(), is_joined(), set, use);
-  }
-
- private:
   /// Whether any rank has separators.
   bool is_joined() const { return !right_.empty(); }
   /// @param values of one group, or of all if `for_all`, as joined lines need
@@ -131,6 +108,20 @@ class JoinedLines : public LineMatrices {
   /// with spikes sets the factors in `by_spike_` instead. Collective.
   /// @param values L^-1 b; at this rank's separators b on entry and x on return
   void solve_separators(double* values);
+
+  std::vector<PetscInt> springs_;
+  std::vector<PetscInt> joints_;  ///< signed particle that joins an unknown to the one before, as in GramBlock, or -1
+  std::vector<std::array<std::size_t, 2>> ends_;  ///< first and last unknown of each line
+  std::vector<std::size_t> spike_of_;             ///< place in arrays `by_spike` of each line, if it has a spike
+  std::vector<std::size_t> groups_{0};            ///< (groups + 1), first unknown of each
+  std::size_t spiked_groups_ = 0;                 ///< number of groups with spikes; they come first
+  std::vector<std::size_t> spiked_firsts_;        ///< first unknowns of the lines with spikes
+  std::vector<double> spikes_;                    ///< zeros for lines without spikes in the same groups
+  std::vector<double> diagonal_;                  ///< if entries are kept
+  std::vector<double> inverse_pivot_;             ///< 1 of a separator, for which `backward` is the identity
+  // With an additional row of zeros, so that loops need not check for the end of a line.
+  std::vector<double> coupling_;  ///< with the unknown before, if entries are kept
+  std::vector<double> factor_;    ///< of L: coupling by the pivot before
 
   const SpringSet& set_;
   const LineFamily& family_;           ///< without the lines
