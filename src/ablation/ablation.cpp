@@ -33,11 +33,11 @@ bool burn_away(const Surface& surface, SpringRule rule, ActiveSet& active, const
       died = true;
     }
   }
-  if (on_any_rank(surface.comm(), died)) {
+  died = on_any_rank(surface.comm(), died);
+  if (died) {
     follow_triangles(surface, rule, active);
-    return true;
   }
-  return false;
+  return died;
 }
 
 bool crack(const Surface& surface, SpringRule rule, ActiveSet& active, const std::vector<PetscInt>& sides) {

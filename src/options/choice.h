@@ -8,7 +8,7 @@
 namespace pellicle::options {
 
 class OptionTable;  // to which headers of options declare how they are added
-struct Condition;   // on which they act
+struct Condition;   // under which they are
 
 /// The names of the rows of a table, in their order: those of an enumeration's values that a table describes.
 template <class Table>

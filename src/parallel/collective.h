@@ -16,6 +16,8 @@ inline MPI_Datatype mpi_type(double) { return MPI_DOUBLE; }
 inline MPI_Datatype mpi_type(int) { return MPI_INT; }
 inline MPI_Datatype mpi_type(long) { return MPI_LONG; }
 inline MPI_Datatype mpi_type(long long) { return MPI_LONG_LONG; }
+template <class Other>
+MPI_Datatype mpi_type(Other) = delete;
 
 /// Whether a reduction returns its result: that of a number or array. Other values are replaced.
 template <class Values>
@@ -55,6 +57,7 @@ class Reduction {
   MPI_Op operation_;
 };
 
+// The sum, the largest and the smallest.
 inline const Reduction sum_over_ranks{MPI_SUM};
 inline const Reduction max_over_ranks{MPI_MAX};
 inline const Reduction min_over_ranks{MPI_MIN};

@@ -455,9 +455,8 @@ void Distribution::fill(Surface& set, const std::vector<PetscInt>& points) const
   const auto count = static_cast<Eigen::Index>(points.size());
   set.rest.resize(3, count);
   set.uv.resize(2, rows.has_uv ? count : 0);
-  std::vector<std::vector<PetscInt>*> members;
   for (const std::string& group : rows.groups) {
-    members.push_back(&set.groups[group]);
+    set.groups[group];  // also one without members
   }
   for (Eigen::Index i = 0; i < count; ++i) {
     const MeshRows::Point& point = data(points[i]);
@@ -467,7 +466,7 @@ void Distribution::fill(Surface& set, const std::vector<PetscInt>& points) const
     }
     set.persistent_id.push_back(point.id);
     for (const int group : groups_of(points[i])) {
-      members[group]->push_back(static_cast<PetscInt>(i));
+      set.groups[rows.groups[group]].push_back(static_cast<PetscInt>(i));
     }
   }
   const PetscInt own_sides = rows.corners * cell_layout.owned;

@@ -50,10 +50,9 @@ std::vector<double> strains_of_particles(const Sheet& sheet, const State& state)
       continue;
     }
     const std::vector<double> strain = strains(sheet.of(colour), state, colour);
-    const std::vector<bool>& lives = state.burning->active.springs[colour];
     for (PetscInt s = 0; s < sheet.of(colour).owned(); ++s) {
       for (const PetscInt end : sheet.of(colour).ends[s]) {
-        if (lives[s]) {
+        if (state.burning->active.springs[colour][s]) {
           sum.values().col(end) += Eigen::Vector2d(strain[s] * strain[s], 1);
         }
       }
