@@ -116,11 +116,8 @@ void set_burnable(Membrane& membrane, std::vector<double> element_mass) {
       }
     }
   }
-  edges.layout = number_owned(membrane.comm(), static_cast<PetscInt>(edges.ends.size()));
-  for (SpringSet& none : membrane.springs) {
-    if (none.ends.empty()) {
-      none.layout = number_owned(membrane.comm(), 0);
-    }
+  for (SpringSet& set : membrane.springs) {  // of all colours but the edges' empty
+    set.layout = number_owned(membrane.comm(), static_cast<PetscInt>(set.ends.size()));
   }
 }
 
