@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <vector>
 
 #include "ablation/ablation_options.h"
@@ -14,55 +13,38 @@ namespace pellicle::ablation {
 /// burnt away (burning paper, section 6).
 /// @param mass [kg], ghosts up to date, (1 x local)
 /// @param loss_mass m^loss as a fraction of the initial mass
-std::vector<double> level_set(const Surface& surface, const Field& mass, double loss_mass);
-/// Writes level_set into an existing vector.
-void set_level(std::vector<double>& level, const Surface& surface, const Field& mass, double loss_mass);
+/// @param level a vector whose memory becomes the result's
+std::vector<double> level_set(const Surface& surface, const Field& mass, double loss_mass,
+                              std::vector<double> level = {});
 
 /// The state of a spring, from the levels of its two ends (burning paper, section 6 and Fig. 5). A burnt spring is
 /// removed when the triangles that share it are gone.
 enum class SpringState { shrunk = 0, partly_burnt = 1, burnt = 2 };
 SpringState spring_state(double level_0, double level_1);
 
-/// Removes burnt triangles and springs from a surface and cracks it, without renumbering.
-///
-/// A surface triangle dies when all three of its points have burnt (m' < 0), the virtual centre of a quad with the
-/// lattice particle's m'. A spring dies when all triangles that share it are dead, a green one also when the side that
-/// it crosses cracks, and by SpringRule::surface also when all triangles at one of its ends are dead.
-class Ablation {
- public:
-  /// The surface must outlive this object.
-  explicit Ablation(const Surface& surface, SpringRule rule = SpringRule::surface) : surface_(surface), rule_(rule) {}
+// Removal of burnt triangles and springs from a surface, and cracks, without renumbering.
+//
+// A surface triangle dies when all three of its points have burnt (m' < 0), the virtual centre of a quad with the
+// lattice particle's m'. A spring dies when all triangles that share it are dead, a green one also when the side that
+// it crosses cracks, and by SpringRule::surface also when all triangles at one of its ends are dead.
 
-  /// Removes the triangles and springs that die by the level set. Collective.
-  /// @returns whether a triangle died on any rank
-  bool burn_away(ActiveSet& active, const std::vector<double>& level);
+/// Removes the triangles and springs that die by the level set. Collective.
+/// @returns whether a triangle died on any rank
+bool burn_away(const Surface& surface, SpringRule rule, ActiveSet& active, const std::vector<double>& level);
 
-  /// Cracks sides of elements. Nothing is removed from the surface. Collective.
-  /// @param sides owned blue springs along these sides, each between two local elements
-  /// @returns whether any rank has such a side
-  bool crack(ActiveSet& active, const std::vector<PetscInt>& sides);
+/// Cracks sides of elements. Nothing is removed from the surface. Collective.
+/// @param sides owned blue springs along these sides, each between two local elements
+/// @returns whether any rank has such a side
+bool crack(const Surface& surface, SpringRule rule, ActiveSet& active, const std::vector<PetscInt>& sides);
 
-  /// Updates springs, and triangles of other ranks' elements, from the triangles of the owned ones. Collective.
-  void follow_triangles(ActiveSet& active) { spread(active, true); }
+/// Updates springs, and triangles and sides of other ranks' elements, from those of the owned ones. Collective.
+void follow_triangles(const Surface& surface, SpringRule rule, ActiveSet& active);
 
-  /// Whether each local particle has an active triangle; others neither conduct heat nor cool. Collective.
-  std::vector<bool> particles_with_surface(const ActiveSet& active) const;
+/// Whether each local particle has an active triangle; others neither conduct heat nor cool. Collective.
+std::vector<bool> particles_with_surface(const Surface& surface, const ActiveSet& active);
 
-  /// Owned particles whose last spring is dead and that still have a mass. Not collective.
-  std::vector<PetscInt> bare_particles(const ActiveSet& active, const Field& mass) const;
-
- private:
-  /// A flag for each surface triangle, or each side, of an element.
-  using ElementFlags = std::array<bool, 4>;
-
-  /// Sends the active triangles and sides of owned elements, and then the active owned springs, to other ranks.
-  /// @param died whether a triangle of this rank's elements has died
-  /// @returns whether a triangle of any rank's elements has died
-  bool spread(ActiveSet& active, bool died);
-
-  const Surface& surface_;
-  SpringRule rule_;
-};
+/// Owned particles whose last spring is dead and that still have a mass. Not collective.
+std::vector<PetscInt> bare_particles(const Surface& surface, const ActiveSet& active, const Field& mass);
 
 /// Whether each owned cell is empty: no active springs, except blue ones, which neighbours may share. Not collective.
 std::vector<bool> empty_cells(const Sheet& sheet, const ActiveSet& active);

@@ -9,7 +9,7 @@
 #include "base/noise.h"
 #include "base/units.h"
 #include "parallel/collective.h"
-#include "surface/drawn_places.h"
+#include "surface/drawn_surface.h"
 
 namespace pellicle::ablation {
 

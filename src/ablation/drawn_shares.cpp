@@ -55,6 +55,7 @@ DrawnShares::DrawnShares(const Sheet& sheet, const ActiveSet& active, const Draw
     cell_weight_.data()[lattice] = std::max(fraction, least_share) * 2 * sheet.initial_mass[lattice];
     for (const PetscInt i : particles_of(sheet, cell)) {
       weight_.data()[i] += area_[cell] > 0 ? cell_weight_.data()[lattice] : 0;
+      giving_.push_back({i, cell});
     }
   }
   cell_weight_.update_ghosts();
@@ -63,11 +64,6 @@ DrawnShares::DrawnShares(const Sheet& sheet, const ActiveSet& active, const Draw
   for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
     // A lattice particle has half of its cell's initial mass, a corner an eighth of that of each cell at it.
     drawn_.data()[i] = std::min(1.0, weight_.data()[i] / ((sheet.is_lattice[i] ? 2 : 8) * sheet.initial_mass[i]));
-  }
-  for (std::size_t cell = 0; cell < area_.size(); ++cell) {
-    for (const PetscInt i : particles_of(sheet, cell)) {
-      giving_.push_back({i, cell});
-    }
   }
   find_held(active);
 
@@ -86,7 +82,7 @@ void DrawnShares::find_held(const ActiveSet& active) {
   for (const Colour colour : {Colour::green, Colour::yellow}) {  // The others lie in a triangle that holds them.
     const SpringSet& springs = sheet_.of(colour);
     for (PetscInt s = 0; s < springs.owned(); ++s) {
-      if (!active.springs[static_cast<std::size_t>(colour)][s]) {
+      if (!active.springs[colour][s]) {
         continue;
       }
       for (const PetscInt end : springs.ends[s]) {

@@ -41,7 +41,7 @@ class DrawnShares {
   Field cell_weight_;           ///< initial mass of the drawn part of each cell, at its lattice particle [kg]
   Field weight_;                ///< sum of cell_weight_ over the cells of each particle [kg]
   Field drawn_;                 ///< fraction of each particle's cells that is drawn
-  std::vector<Giving> giving_;  ///< of owned cells, then from springs of this rank
+  std::vector<Giving> giving_;  ///< of owned active cells, then from springs of this rank
   Field given_;                 ///< by each particle to others: the sum of the receivers' weights
 };
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "surface/drawn_places.h"
+#include "surface/drawn_surface.h"
 
 namespace pellicle::ablation {
 

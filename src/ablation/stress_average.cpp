@@ -6,7 +6,7 @@
 #include "base/error.h"
 #include "geometry/pressure_load.h"
 #include "parallel/collective.h"
-#include "surface/drawn_places.h"
+#include "surface/drawn_surface.h"
 
 namespace pellicle::ablation {
 
@@ -70,6 +70,8 @@ std::vector<double> factors(const Field& own_length, double length) {
 StressAverage::StressAverage(const Surface& surface, double length, const std::string& solver_prefix)
     : surface_(surface),
       own_length_(own_lengths(surface)),
+      least_length_(max_over_ranks(surface.comm(),
+                                   own_length_.values().leftCols(surface.particles.owned).lpNorm<Eigen::Infinity>())),
       conduction_(surface, conducting(length, solver_prefix), factors(own_length_, length)),
       rest_(surface.particles, 3),
       mass_(surface.particles, 1),
@@ -78,10 +80,6 @@ StressAverage::StressAverage(const Surface& surface, double length, const std::s
       weight_(surface.initial_mass.size()) {
   rest_.values() = surface.rest;
   std::copy(surface.initial_mass.begin(), surface.initial_mass.end(), mass_.data());
-  for (PetscInt i = 0; i < surface.particles.owned; ++i) {
-    least_length_ = std::max(least_length_, own_length_.data()[i]);
-  }
-  least_length_ = max_over_ranks(surface.comm(), least_length_);
 }
 
 std::vector<double> StressAverage::of(const std::vector<double>& tension, const ActiveSet& active) {

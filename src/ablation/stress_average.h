@@ -40,7 +40,7 @@ class StressAverage {
  private:
   const Surface& surface_;
   Field own_length_;  ///< over which the elements round each local particle average by themselves [m]
-  double least_length_ = 0;
+  double least_length_;
   Conduction conduction_;       ///< its step of 1 s averages
   Field rest_;                  ///< undeformed positions [m]
   Field mass_;                  ///< undeformed, the weight of a place [kg]

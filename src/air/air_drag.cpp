@@ -4,7 +4,7 @@
 #include <Eigen/LU>
 #include <array>
 
-#include "surface/drawn_places.h"
+#include "surface/drawn_surface.h"
 
 namespace pellicle::air {
 

@@ -10,7 +10,6 @@
 #include "geometry/key_points.h"
 #include "parallel/collective.h"
 #include "parallel/exchange.h"
-#include "surface/groups.h"
 
 namespace pellicle::constraints {
 

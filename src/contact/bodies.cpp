@@ -14,7 +14,7 @@
 #include "meshing/readers.h"
 #include "meshing/triangulation.h"
 #include "parallel/collective.h"
-#include "surface/drawn_places.h"
+#include "surface/drawn_surface.h"
 
 namespace pellicle::contact {
 

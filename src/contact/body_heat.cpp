@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "geometry/deepest_point.h"
-#include "surface/drawn_places.h"
+#include "surface/drawn_surface.h"
 
 namespace pellicle::contact {
 

@@ -10,7 +10,6 @@
 #include "contact/bodies.h"
 #include "energies/potential.h"
 #include "geometry/deepest_point.h"
-#include "surface/drawn_places.h"
 #include "surface/drawn_surface.h"
 #include "surface/surface.h"
 

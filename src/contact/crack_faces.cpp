@@ -8,7 +8,7 @@
 #include "contact/surface_contact.h"
 #include "geometry/triangle_intersection.h"
 #include "parallel/collective.h"
-#include "surface/drawn_places.h"
+#include "surface/drawn_surface.h"
 
 namespace pellicle::contact {
 

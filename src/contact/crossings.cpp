@@ -13,7 +13,7 @@
 #include "geometry/nearest_points.h"
 #include "meshing/overlaps.h"
 #include "parallel/collective.h"
-#include "surface/drawn_places.h"
+#include "surface/drawn_surface.h"
 
 namespace pellicle::contact {
 

@@ -4,9 +4,9 @@
 #include <array>
 #include <vector>
 
+#include "base/incidence.h"
 #include "elastic/sheet_springs.h"
 #include "surface/active_set.h"
-#include "surface/incidence.h"
 #include "surface/membrane.h"
 #include "surface/sheet.h"
 

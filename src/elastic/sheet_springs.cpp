@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/incidence.h"
 #include "geometry/pressure_load.h"
 #include "surface/membrane.h"
-#include "surface/opposite_sides.h"
 
 namespace pellicle::elastic {
 

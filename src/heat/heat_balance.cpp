@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "surface/drawn_places.h"
+#include "surface/drawn_surface.h"
 
 namespace pellicle::heat {
 

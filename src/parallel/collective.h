@@ -11,83 +11,56 @@
 
 namespace pellicle::parallel {
 
-/// MPI's type of a C++ type of numbers. PetscInt is one of the integers, depending on PETSc's configuration.
-template <class Number>
-MPI_Datatype mpi_type() {
-  if constexpr (std::is_same_v<Number, double>) {
-    return MPI_DOUBLE;
-  } else if constexpr (std::is_same_v<Number, int>) {
-    return MPI_INT;
-  } else if constexpr (std::is_same_v<Number, long>) {
-    return MPI_LONG;
-  } else {
-    static_assert(std::is_same_v<Number, long long>);
-    return MPI_LONG_LONG;
-  }
-}
+// MPI's type of a number. PetscInt is one of the integers, depending on PETSc's configuration.
+inline MPI_Datatype mpi_type(double) { return MPI_DOUBLE; }
+inline MPI_Datatype mpi_type(int) { return MPI_INT; }
+inline MPI_Datatype mpi_type(long) { return MPI_LONG; }
+inline MPI_Datatype mpi_type(long long) { return MPI_LONG_LONG; }
+template <class Other>
+MPI_Datatype mpi_type(Other) = delete;
 
-/// Replaces each number by the reduction of the numbers at its place on all ranks, which pass equally many. Collective.
-/// @param values a number, or an array, vector or Eigen matrix of numbers
-template <class Values>
-void reduce_over_ranks(MPI_Comm comm, Values& values, MPI_Op operation) {
-  if constexpr (std::is_arithmetic_v<Values>) {
-    MPI_Allreduce(MPI_IN_PLACE, &values, 1, mpi_type<Values>(), operation, comm);
-  } else {
-    static_assert(std::is_default_constructible_v<Values>, "a view of a matrix may have gaps");
-    using Number = std::remove_pointer_t<decltype(values.data())>;
-    MPI_Allreduce(MPI_IN_PLACE, values.data(), static_cast<int>(values.size()), mpi_type<Number>(), operation, comm);
-  }
-}
-
-/// Whether the functions below return the result: that of a number or array. Other values are replaced.
+/// Whether a reduction returns its result: that of a number or array. Other values are replaced.
 template <class Values>
 constexpr bool is_returned = std::is_arithmetic_v<Values>;
 template <class Number, std::size_t count>
 constexpr bool is_returned<std::array<Number, count>> = true;
 
-template <class Values>
-using IfReturned = std::enable_if_t<is_returned<Values>, Values>;
-template <class Values>
-using IfReplaced = std::enable_if_t<!is_returned<std::remove_const_t<Values>>>;
+/// A reduction of the numbers at the same place on all ranks, which pass equally many.
+class Reduction {
+ public:
+  explicit Reduction(MPI_Op operation) : operation_(operation) {}
 
-/// The sum of a number, or of each number of an array, over all ranks. Collective.
-template <class Values>
-[[nodiscard]] IfReturned<Values> sum_over_ranks(MPI_Comm comm, Values values) {
-  reduce_over_ranks(comm, values, MPI_SUM);
-  return values;
-}
-/// Replaces each number of a vector or matrix by the sum of the numbers at its place on all ranks, which pass equally
-/// many. Collective.
-template <class Values>
-IfReplaced<Values> sum_over_ranks(MPI_Comm comm, Values& values) {
-  reduce_over_ranks(comm, values, MPI_SUM);
-}
+  /// The reduction of a number, or of each number of an array. Collective.
+  template <class Values>
+  [[nodiscard]] std::enable_if_t<is_returned<Values>, Values> operator()(MPI_Comm comm, Values values) const {
+    reduce(comm, values);
+    return values;
+  }
+  /// Replaces each number of a vector or Eigen matrix by its reduction. Collective.
+  template <class Values>
+  std::enable_if_t<!is_returned<std::remove_const_t<Values>>> operator()(MPI_Comm comm, Values& values) const {
+    reduce(comm, values);
+  }
 
-/// The largest value of a number, or of each number of an array, over all ranks. Collective.
-template <class Values>
-[[nodiscard]] IfReturned<Values> max_over_ranks(MPI_Comm comm, Values values) {
-  reduce_over_ranks(comm, values, MPI_MAX);
-  return values;
-}
-/// Replaces each number of a vector or matrix by the largest of the numbers at its place on all ranks, which pass
-/// equally many. Collective.
-template <class Values>
-IfReplaced<Values> max_over_ranks(MPI_Comm comm, Values& values) {
-  reduce_over_ranks(comm, values, MPI_MAX);
-}
+ private:
+  template <class Values>
+  void reduce(MPI_Comm comm, Values& values) const {
+    if constexpr (std::is_arithmetic_v<Values>) {
+      MPI_Allreduce(MPI_IN_PLACE, &values, 1, mpi_type(values), operation_, comm);
+    } else {
+      static_assert(std::is_default_constructible_v<Values>, "a view of a matrix may have gaps");
+      const std::remove_pointer_t<decltype(values.data())> number{};
+      MPI_Allreduce(MPI_IN_PLACE, values.data(), static_cast<int>(values.size()), mpi_type(number), operation_, comm);
+    }
+  }
 
-/// The smallest value of a number, or of each number of an array, over all ranks. Collective.
-template <class Values>
-[[nodiscard]] IfReturned<Values> min_over_ranks(MPI_Comm comm, Values values) {
-  reduce_over_ranks(comm, values, MPI_MIN);
-  return values;
-}
-/// Replaces each number of a vector or matrix by the smallest of the numbers at its place on all ranks, which pass
-/// equally many. Collective.
-template <class Values>
-IfReplaced<Values> min_over_ranks(MPI_Comm comm, Values& values) {
-  reduce_over_ranks(comm, values, MPI_MIN);
-}
+  MPI_Op operation_;
+};
+
+// The sum, the largest and the smallest.
+inline const Reduction sum_over_ranks{MPI_SUM};
+inline const Reduction max_over_ranks{MPI_MAX};
+inline const Reduction min_over_ranks{MPI_MIN};
 
 /// Distribution of an amount over the ranks.
 struct RankShares {

@@ -5,17 +5,8 @@
 
 namespace pellicle::parallel {
 
-namespace {
-
-void* ghosts_of(void* values, PetscInt owned, std::size_t bytes) {
-  return static_cast<char*>(values) + static_cast<std::size_t>(owned) * bytes;
-}
-
-}  // namespace
-
-GhostExchange::GhostExchange(const Layout& layout)
-    : owned_(layout.owned), is_needed_(on_any_rank(layout.comm, layout.ghosts() > 0)) {
-  if (!is_needed_) {
+GhostExchange::GhostExchange(const Layout& layout) : owned_(layout.owned) {
+  if (!on_any_rank(layout.comm, layout.ghosts() > 0)) {
     return;
   }
   Handle<PetscLayout, PetscLayoutDestroy> owners;
@@ -26,16 +17,16 @@ GhostExchange::GhostExchange(const Layout& layout)
 }
 
 void GhostExchange::copy(MPI_Datatype type, std::size_t bytes, void* values) const {
-  if (is_needed_) {
-    void* ghosts = ghosts_of(values, owned_, bytes);
+  if (sf_ != nullptr) {
+    void* ghosts = static_cast<char*>(values) + static_cast<std::size_t>(owned_) * bytes;
     check(PetscSFBcastBegin(sf_, type, values, ghosts, MPI_REPLACE));
     check(PetscSFBcastEnd(sf_, type, values, ghosts, MPI_REPLACE));
   }
 }
 
 void GhostExchange::combine(MPI_Datatype type, std::size_t bytes, MPI_Op operation, void* values) const {
-  if (is_needed_) {
-    const void* ghosts = ghosts_of(values, owned_, bytes);
+  if (sf_ != nullptr) {
+    const void* ghosts = static_cast<char*>(values) + static_cast<std::size_t>(owned_) * bytes;
     check(PetscSFReduceBegin(sf_, type, ghosts, values, operation));
     check(PetscSFReduceEnd(sf_, type, ghosts, values, operation));
   }

@@ -60,8 +60,7 @@ class GhostExchange {
 
  private:
   PetscInt owned_;
-  bool is_needed_;  ///< whether any rank has ghosts
-  Handle<PetscSF, PetscSFDestroy> sf_;
+  Handle<PetscSF, PetscSFDestroy> sf_;  ///< null: no rank has ghosts
 };
 
 /// Copies the owners' values to the ghosts. Collective.
@@ -71,14 +70,15 @@ void update_ghosts(const Layout& layout, std::vector<Value>& values) {
   static_assert(std::is_trivially_copyable_v<Value>, "values are sent byte by byte");
   layout.exchange()->copy(RowType(MPI_BYTE, sizeof(Value)), sizeof(Value), values.data());
 }
-inline void update_ghosts(const Layout& layout, std::vector<bool>& values) {
+/// @param each number of consecutive values of an item
+inline void update_ghosts(const Layout& layout, std::vector<bool>& values, std::size_t each = 1) {
   std::vector<char> bytes(values.begin(), values.end());
-  update_ghosts(layout, bytes);
+  layout.exchange()->copy(RowType(MPI_BYTE, static_cast<int>(each)), each, bytes.data());
   std::copy(bytes.begin(), bytes.end(), values.begin());
 }
 
 /// Sets the owner's flag of an item if any of its ghosts has the flag set; the ghosts keep theirs. Collective.
-/// @param flags of each local item: a type that consists of bools only
+/// @param flags of each local item: a char, or a type that consists of bools only
 template <class Flags>
 void gather_flags(const Layout& layout, std::vector<Flags>& flags) {
   static_assert(std::is_trivially_copyable_v<Flags> && sizeof(bool) == 1, "flags are combined byte by byte");

@@ -4,6 +4,8 @@
 #include <memory>
 #include <stdexcept>
 
+#include "base/error.h"
+#include "base/handle.h"
 #include "parallel/exchange.h"
 #include "parallel/layout.h"
 
@@ -62,5 +64,15 @@ class Field {
   RowType type_;  ///< of one item's values
   std::shared_ptr<const GhostExchange> exchange_;
 };
+
+/// The owned values of a field as a PETSc vector, (components x items) item after item, without a copy: writing to one
+/// changes the other. The field must outlive the vector, and its ghosts must be updated after the vector was written
+/// to. Collective.
+inline VecHandle vec_of(const Layout& layout, Field& field) {
+  VecHandle vec;
+  check(VecCreateMPIWithArray(layout.comm, field.components(), field.components() * layout.owned, PETSC_DETERMINE,
+                              field.data(), vec.create()));
+  return vec;
+}
 
 }  // namespace pellicle::parallel

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/incidence.h"
 #include "base/sorting.h"
 
 namespace pellicle::parallel {
@@ -77,35 +78,15 @@ std::vector<int> small_groups(const CellGraph& graph, int& count) {
   return group;
 }
 
-/// The cells of each group, group after group.
-struct Members {
-  Members(const std::vector<int>& group, int count)
-      : first(static_cast<std::size_t>(count) + 1, 0), cells(group.size()) {
-    for (const int g : group) {
-      ++first[static_cast<std::size_t>(g) + 1];
-    }
-    std::partial_sum(first.begin(), first.end(), first.begin());
-    std::vector<std::size_t> next = first;
-    for (std::size_t cell = 0; cell < group.size(); ++cell) {
-      cells[next[group[cell]]++] = cell;
-    }
-  }
-
-  std::vector<std::size_t> first;  ///< (groups + 1)
-  std::vector<std::size_t> cells;
-};
-
 /// The graph of groups of cells, weighted by their cells and edges.
 CellGraph graph_of_groups(const CellGraph& graph, const std::vector<int>& group, int count, Weights& weights) {
-  const Members members(group, count);
+  const Incidence cells_of(group, count);
   CellGraph coarse;
   std::vector<std::size_t> place(count, 0);  // of a neighbour, if in the present row
   for (int g = 0; g < count; ++g) {
-    const std::size_t first = members.first[g];
-    const std::size_t last = members.first[static_cast<std::size_t>(g) + 1];
     const std::size_t begin = coarse.neighbours.size();
-    for (std::size_t c = first; c < last; ++c) {
-      for (int k = graph.offsets[members.cells[c]]; k < graph.offsets[members.cells[c] + 1]; ++k) {
+    for (const std::size_t cell : cells_of[g]) {
+      for (int k = graph.offsets[cell]; k < graph.offsets[cell + 1]; ++k) {
         const int other = group[graph.neighbours[k]];
         std::size_t& at = place[other];
         if (other == g) {
@@ -120,7 +101,7 @@ CellGraph graph_of_groups(const CellGraph& graph, const std::vector<int>& group,
       }
     }
     coarse.offsets.push_back(static_cast<int>(coarse.neighbours.size()));
-    weights.cells.push_back(static_cast<idx_t>(last - first));
+    weights.cells.push_back(static_cast<idx_t>(cells_of[g].size()));
   }
   return coarse;
 }
@@ -178,27 +159,28 @@ std::vector<int> split_in_patches(CellGraph graph, int patches) {
   std::vector<int> counts(regions, patches / regions);
   std::for_each(counts.begin(), counts.begin() + patches % regions, [](int& count) { ++count; });
   const std::vector<int> region = split_in_regions(graph, counts);
-  const Members members(region, regions);
+  const Incidence cells_of(region, regions);
   std::vector<int> number(region.size());  // of each cell in its region
   std::vector<int> patch(region.size());
   int first_patch = 0;
-  for (std::size_t r = 0; r < counts.size(); ++r) {
-    for (std::size_t c = members.first[r]; c < members.first[r + 1]; ++c) {
-      number[members.cells[c]] = static_cast<int>(c - members.first[r]);
+  for (int r = 0; r < regions; ++r) {
+    const Incidence::Range cells = cells_of[r];
+    for (PetscInt c = 0; c < cells.size(); ++c) {
+      number[cells[c]] = c;
     }
     CellGraph part;
-    for (std::size_t c = members.first[r]; c < members.first[r + 1]; ++c) {
-      for (int k = graph.offsets[members.cells[c]]; k < graph.offsets[members.cells[c] + 1]; ++k) {
-        const std::size_t neighbour = graph.neighbours[k];
-        if (region[neighbour] == static_cast<int>(r)) {
+    for (const std::size_t cell : cells) {
+      for (int k = graph.offsets[cell]; k < graph.offsets[cell + 1]; ++k) {
+        const int neighbour = graph.neighbours[k];
+        if (region[neighbour] == r) {
           part.neighbours.push_back(number[neighbour]);
         }
       }
       part.offsets.push_back(static_cast<int>(part.neighbours.size()));
     }
     const std::vector<int> patch_in_region = split(std::move(part), {}, counts[r], METIS_PartGraphRecursive);
-    for (std::size_t c = members.first[r]; c < members.first[r + 1]; ++c) {
-      patch[members.cells[c]] = first_patch + patch_in_region[c - members.first[r]];
+    for (const PetscInt cell : cells) {
+      patch[cell] = first_patch + patch_in_region[number[cell]];
     }
     first_patch += counts[r];
   }

@@ -16,8 +16,6 @@ class Route {
   /// @param destinations rank to which each item of this rank goes
   Route(MPI_Comm comm, const std::vector<int>& destinations);
 
-  /// Number of arriving items.
-  PetscInt arrivals() const { return static_cast<PetscInt>(sources_.size()); }
   /// The sending rank of each arriving item.
   const std::vector<int>& sources() const { return sources_; }
 

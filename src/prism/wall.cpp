@@ -8,7 +8,6 @@
 #include "base/error.h"
 #include "base/units.h"
 #include "parallel/collective.h"
-#include "surface/groups.h"
 #include "surface/membrane.h"
 
 namespace pellicle::prism {

@@ -79,10 +79,9 @@ void Gram::update(const Eigen::Matrix3Xd& gradient, const std::vector<double>& i
     largest_entry = std::max(largest_entry, entry);
     largest_square = std::max(largest_square, square);
   }
-  const std::array<double, 2> maxima =
-      max_over_ranks(springs_.layout.comm, std::array<double, 2>{largest_entry, largest_square});
-  const double largest = maxima[0] > 0 ? maxima[0] : 1;
-  const double shifted_by = shift * (shift_inverse_mass ? 2 * *shift_inverse_mass * maxima[1] : largest);
+  const auto [entries, squares] = max_over_ranks(springs_.layout.comm, std::array{largest_entry, largest_square});
+  const double largest = entries > 0 ? entries : 1;
+  const double shifted_by = shift * (shift_inverse_mass ? 2 * *shift_inverse_mass * squares : largest);
   constexpr double negligible = 1e-14;
   for (double& entry : diagonal_) {
     entry += entry > negligible * largest ? shifted_by : largest;

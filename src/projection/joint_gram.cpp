@@ -14,7 +14,7 @@ JointGram::JointGram(const Sheet& sheet, std::vector<Colour> colours, const std:
     : sheet_(sheet), colours_(std::move(colours)), sum_(sheet.particles, 3) {
   std::size_t unknowns = 0;
   for (const Colour colour : colours_) {
-    offset_[static_cast<std::size_t>(colour)] = unknowns;
+    offset_[colour] = unknowns;
     unknowns += static_cast<std::size_t>(sheet.of(colour).owned());
   }
   diagonal_.assign(unknowns, 1);

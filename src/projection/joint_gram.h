@@ -40,9 +40,7 @@ class JointGram {
   StageResult solve(const std::vector<double>& right_hand_side, const LinearNeed& need);
 
   /// Lambda of the owned springs of a colour.
-  const double* lambda(Colour colour) const {
-    return lambda_values_.data() + offset_[static_cast<std::size_t>(colour)];
-  }
+  const double* lambda(Colour colour) const { return lambda_values_.data() + offset_[colour]; }
   /// J^T lambda of the local particles, complete on the owned ones. Collective.
   void apply_transpose(Eigen::Matrix3Xd& result);
 
@@ -53,7 +51,7 @@ class JointGram {
     std::size_t row = 0;
     for (const Colour colour : colours_) {
       const SpringSet& springs = sheet_.of(colour);
-      const double* gradient = gradient_[static_cast<std::size_t>(colour)]->data();
+      const double* gradient = gradient_[colour]->data();
       for (PetscInt s = 0; s < springs.owned(); ++s, ++row, gradient += 3) {
         visit(row, springs.ends[s][0], springs.ends[s][1], gradient);
       }

@@ -23,11 +23,40 @@ constexpr double negligible = 1e-12;
 /// Lines whose lengths have about this ratio, or less, count as equally long.
 constexpr double similar = 1.06;
 
+/// Copies values by spring to `count` unknowns from `first` on; 0 for idle ones.
+void gather(const JoinedLines& lines, std::size_t first, std::size_t count, const double* by_spring, double* values) {
+  const PetscInt* springs = lines.springs().data() + first;
+  for (std::size_t i = 0; i < count; ++i) {
+    values[i] = springs[i] < 0 ? 0 : by_spring[springs[i]];
+  }
+}
+
+void scatter(const JoinedLines& lines, std::size_t first, std::size_t count, const double* values, double* by_spring) {
+  const PetscInt* springs = lines.springs().data() + first;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (springs[i] >= 0) {
+      by_spring[springs[i]] = values[i];
+    }
+  }
+}
+
+/// Entry of J W J^T of two springs with one common particle.
+double entry_of(const SpringSet& set, const SpringPair& pair, const Eigen::Matrix3Xd& gradient,
+                const std::vector<double>& inverse_mass) {
+  const PetscInt joint = joint_of(set, pair.own, pair.other);
+  const double product = inverse_mass[joint >> 1] * gradient.col(pair.own).dot(gradient.col(pair.other));
+  return (joint & 1) == 0 ? product : -product;
+}
+
 }  // namespace
 
-LineMatrices::LineMatrices(const SpringSet& set, const std::vector<std::vector<PetscInt>>& lines,
-                           const std::vector<bool>& has_spike, bool keeps_entries)
-    : ends_(lines.size()), spike_of_(lines.size()) {
+JoinedLines::JoinedLines(const SpringSet& set, LineFamily& family, bool keeps_entries)
+    : ends_(family.lines.size()), spike_of_(family.lines.size()), set_(set), family_(family) {
+  const std::vector<std::vector<PetscInt>>& lines = family.lines;
+  std::vector<bool> has_spike(lines.size(), false);
+  for (const LineEnd& end : family.ends) {
+    has_spike[end.line] = has_spike[end.line] || end.end == 0;
+  }
   auto order = numbers_up_to<std::size_t>(lines.size());
   // Lines of a group should also be neighbours, so that they read close memory.
   const auto key = [&](std::size_t line) {
@@ -66,10 +95,20 @@ LineMatrices::LineMatrices(const SpringSet& set, const std::vector<std::vector<P
   }
   inverse_pivot_.resize(springs_.size());
   factor_.assign(springs_.size() + lanes, 0);
+  for (std::size_t line = 0; line < lines.size(); ++line) {
+    if (unknowns_.size() < family.separators.size() && lines[line].front() == family.separators[unknowns_.size()]) {
+      unknowns_.push_back(ends_[line][0]);
+    }
+  }
+  family.lines = {};
+  end_coupling_.resize(family_.ends.size());
+  separators_.resize(2 * static_cast<std::size_t>(family_.separators_of_all));
+  right_.resize(family_.separators_of_all);
+  values_.resize(size());
 }
 
-void LineMatrices::update(const std::vector<double>& diagonal, const Eigen::Matrix3Xd& gradient,
-                          const std::vector<double>& inverse_mass) {
+void JoinedLines::factorise(const std::vector<double>& diagonal, const Eigen::Matrix3Xd& gradient,
+                            const std::vector<double>& inverse_mass) {
   const double* gradients = gradient.data();
   using Columns = Eigen::Array<double, lanes, 3>;
   Columns before = Columns::Zero();  // gradients of the unknowns before
@@ -109,7 +148,7 @@ void LineMatrices::update(const std::vector<double>& diagonal, const Eigen::Matr
   check(PetscLogFlops(12.0 * static_cast<double>(springs_.size())));
 }
 
-void LineMatrices::forward(std::size_t group, double* values) const {
+void JoinedLines::forward(std::size_t group, double* values) const {
   const double* factor = factor_.data() + groups_[group];
   Lanes before = Lanes::Zero();
   for (const double* end = factor + group_size(group); factor != end; factor += lanes, values += lanes) {
@@ -118,7 +157,7 @@ void LineMatrices::forward(std::size_t group, double* values) const {
   }
 }
 
-void LineMatrices::backward(std::size_t group, double* values) const {
+void JoinedLines::backward(std::size_t group, double* values) const {
   const std::size_t start = groups_[group];
   const double* factor = factor_.data() + start;
   const double* inverse_pivot = inverse_pivot_.data() + start;
@@ -130,7 +169,7 @@ void LineMatrices::backward(std::size_t group, double* values) const {
   }
 }
 
-void LineMatrices::multiply(const double* in, double* out) const {
+void JoinedLines::multiply(const double* in, double* out) const {
   Lanes before = Lanes::Zero();
   for (std::size_t i = 0; i < springs_.size(); i += lanes) {
     const Lanes own = Eigen::Map<const Lanes>(in + i);
@@ -145,7 +184,7 @@ void LineMatrices::multiply(const double* in, double* out) const {
   check(PetscLogFlops(5.0 * static_cast<double>(springs_.size())));
 }
 
-void LineMatrices::first_values(std::size_t group, const double* values, double* by_spike) const {
+void JoinedLines::first_values(std::size_t group, const double* values, double* by_spike) const {
   if (group < spiked_groups_) {
     Eigen::Map<Lanes> sum(by_spike + lanes * group);
     for (std::size_t i = groups_[group]; i < groups_[group + 1]; i += lanes, values += lanes) {
@@ -155,7 +194,7 @@ void LineMatrices::first_values(std::size_t group, const double* values, double*
   }
 }
 
-void LineMatrices::subtract_spikes(std::size_t group, const double* by_spike, double* values) const {
+void JoinedLines::subtract_spikes(std::size_t group, const double* by_spike, double* values) const {
   if (group < spiked_groups_) {
     const Eigen::Map<const Lanes> factor(by_spike + lanes * group);
     for (std::size_t i = groups_[group]; i < groups_[group + 1]; i += lanes, values += lanes) {
@@ -165,74 +204,15 @@ void LineMatrices::subtract_spikes(std::size_t group, const double* by_spike, do
   }
 }
 
-namespace {
-
-/// Copies values by spring to `count` unknowns from `first` on; 0 for idle ones.
-void gather(const LineMatrices& lines, std::size_t first, std::size_t count, const double* by_spring, double* values) {
-  const PetscInt* springs = lines.springs().data() + first;
-  for (std::size_t i = 0; i < count; ++i) {
-    values[i] = springs[i] < 0 ? 0 : by_spring[springs[i]];
-  }
-}
-
-void scatter(const LineMatrices& lines, std::size_t first, std::size_t count, const double* values, double* by_spring) {
-  const PetscInt* springs = lines.springs().data() + first;
-  for (std::size_t i = 0; i < count; ++i) {
-    if (springs[i] >= 0) {
-      by_spring[springs[i]] = values[i];
-    }
-  }
-}
-
-/// Entry of J W J^T of two springs with one common particle.
-double entry_of(const SpringSet& set, const SpringPair& pair, const Eigen::Matrix3Xd& gradient,
-                const std::vector<double>& inverse_mass) {
-  const PetscInt joint = joint_of(set, pair.own, pair.other);
-  const double product = inverse_mass[joint >> 1] * gradient.col(pair.own).dot(gradient.col(pair.other));
-  return (joint & 1) == 0 ? product : -product;
-}
-
-/// Whether each line has a separator before its first spring.
-std::vector<bool> follows_separator(const LineFamily& family) {
-  std::vector<bool> result(family.lines.size(), false);
-  for (const LineEnd& end : family.ends) {
-    if (end.end == 0) {
-      result[end.line] = true;
-    }
-  }
-  return result;
-}
-
-}  // namespace
-
-JoinedLines::JoinedLines(const SpringSet& set, LineFamily& family, bool keeps_entries)
-    : set_(set), matrices_(set, family.lines, follows_separator(family), keeps_entries), family_(family) {
-  for (std::size_t line = 0; line < family_.lines.size(); ++line) {
-    if (unknowns_.size() < family_.separators.size() &&
-        family_.lines[line].front() == family_.separators[unknowns_.size()]) {
-      unknowns_.push_back(matrices_.at_end(line, 0));
-    }
-  }
-  family.lines = {};
-  coupling_.resize(family_.ends.size());
-  separators_.resize(2 * static_cast<std::size_t>(family_.separators_of_all));
-  right_.resize(family_.separators_of_all);
-  std::size_t largest = 0;
-  for (std::size_t group = 0; group < matrices_.groups(); ++group) {
-    largest = std::max(largest, matrices_.group_size(group));
-  }
-  values_.resize(is_joined() ? static_cast<std::size_t>(matrices_.size()) : largest);
-}
-
 void JoinedLines::update(const std::vector<double>& diagonal, const Eigen::Matrix3Xd& gradient,
                          const std::vector<double>& inverse_mass) {
-  matrices_.update(diagonal, gradient, inverse_mass);
+  factorise(diagonal, gradient, inverse_mass);
   if (!is_joined()) {
     return;
   }
-  by_spike_.assign(matrices_.spiked_lines(), 0);
-  for (std::size_t group = 0; group < matrices_.groups(); ++group) {
-    matrices_.first_values(group, matrices_.spikes().data() + matrices_.group_start(group), by_spike_.data());
+  by_spike_.assign(lanes * spiked_groups_, 0);
+  for (std::size_t group = 0; group < groups(); ++group) {
+    first_values(group, spikes_.data() + groups_[group], by_spike_.data());
   }
   const std::size_t count = right_.size();
   std::fill(separators_.begin(), separators_.end(), 0);
@@ -243,20 +223,19 @@ void JoinedLines::update(const std::vector<double>& diagonal, const Eigen::Matri
     separators_[count + 1 + static_cast<std::size_t>(family_.neighbour_numbers[k])] +=
         entry_of(set_, family_.neighbours[k], gradient, inverse_mass);
   }
-  for (std::size_t k = 0; k < coupling_.size(); ++k) {
+  for (std::size_t k = 0; k < end_coupling_.size(); ++k) {
     const LineEnd& end = family_.ends[k];
-    coupling_[k] = entry_of(set_, end.pair, gradient, inverse_mass);
-    const std::size_t last = matrices_.at_end(end.line, 1);
-    separators_[end.number] -= coupling_[k] * coupling_[k] *
-                               (end.end == 0 ? by_spike_[matrices_.spike_of(end.line)] : matrices_.inverse_pivot(last));
+    end_coupling_[k] = entry_of(set_, end.pair, gradient, inverse_mass);
+    const std::size_t last = ends_[end.line][1];
+    separators_[end.number] -=
+        end_coupling_[k] * end_coupling_[k] * (end.end == 0 ? by_spike_[spike_of_[end.line]] : inverse_pivot_[last]);
     if (k > 0 && family_.ends[k - 1].line == end.line) {
       const std::size_t number = std::max(end.number, family_.ends[k - 1].number);
-      separators_[count + number] -=
-          coupling_[k] * coupling_[k - 1] * matrices_.spikes()[last] * matrices_.inverse_pivot(last);
+      separators_[count + number] -= end_coupling_[k] * end_coupling_[k - 1] * spikes_[last] * inverse_pivot_[last];
     }
   }
   for (const std::size_t unknown : unknowns_) {
-    matrices_.set_to_identity(unknown);
+    inverse_pivot_[unknown] = 1;
   }
   sum_over_ranks(set_.layout.comm, separators_);
   double inverse = 0;
@@ -281,11 +260,11 @@ void JoinedLines::solve_separators(double* values) {
   for (std::size_t k = 0; k < unknowns_.size(); ++k) {
     right_[family_.numbers[k]] = values[unknowns_[k]];
   }
-  for (std::size_t k = 0; k < coupling_.size(); ++k) {
+  for (std::size_t k = 0; k < end_coupling_.size(); ++k) {
     const LineEnd& end = family_.ends[k];
-    const std::size_t last = matrices_.at_end(end.line, 1);
-    right_[end.number] -= coupling_[k] * (end.end == 0 ? by_spike_[matrices_.spike_of(end.line)]
-                                                       : values[last] * matrices_.inverse_pivot(last));
+    const std::size_t last = ends_[end.line][1];
+    right_[end.number] -=
+        end_coupling_[k] * (end.end == 0 ? by_spike_[spike_of_[end.line]] : values[last] * inverse_pivot_[last]);
   }
   sum_over_ranks(set_.layout.comm, right_);
   const double* inverse_pivot = separators_.data();
@@ -296,13 +275,13 @@ void JoinedLines::solve_separators(double* values) {
   for (std::size_t k = right_.size(); k-- > 0;) {
     right_[k] = right_[k] * inverse_pivot[k] - (k + 1 < right_.size() ? factor[k + 1] * right_[k + 1] : 0);
   }
-  for (std::size_t k = 0; k < coupling_.size(); ++k) {
+  for (std::size_t k = 0; k < end_coupling_.size(); ++k) {
     const LineEnd& end = family_.ends[k];
-    const double product = coupling_[k] * right_[end.number];
+    const double product = end_coupling_[k] * right_[end.number];
     if (end.end == 0) {
-      by_spike_[matrices_.spike_of(end.line)] = product;
+      by_spike_[spike_of_[end.line]] = product;
     } else {
-      values[matrices_.at_end(end.line, 1)] -= product;
+      values[ends_[end.line][1]] -= product;
     }
   }
   for (std::size_t k = 0; k < unknowns_.size(); ++k) {
@@ -315,26 +294,26 @@ LineElimination::LineElimination(const SpringSet& springs, const Layout& particl
       eliminated_(springs, lines_.eliminated, false),
       kept_(springs, lines_.kept, true) {
   MPI_Comm comm = springs.layout.comm;
-  const PetscInt unknowns = kept_.matrices().size();
+  const PetscInt unknowns = kept_.size();
   const PetscInt first = number_owned(comm, unknowns).first;
   // Global unknown of S of each local spring, or -1.
   std::vector<PetscInt> columns(springs.ends.size(), -1);
   std::vector<PetscInt> previous(springs.ends.size(), -1);  // in the line of a kept spring
   for (PetscInt i = 0; i < unknowns; ++i) {
-    const PetscInt spring = kept_.matrices().springs()[i];
+    const PetscInt spring = kept_.springs()[i];
     if (spring >= 0) {
       columns[spring] = first + i;
-      previous[spring] = kept_.matrices().previous(i);
+      previous[spring] = kept_.previous(i);
     }
   }
   update_ghosts(springs.layout, columns);
   const auto is_in_lines = [&previous](PetscInt row, PetscInt column) {
     return row == column || previous[row] == column || previous[column] == row;
   };
-  std::vector<PetscInt> rows = eliminated_.matrices().springs();
+  std::vector<PetscInt> rows = eliminated_.springs();
   const Incidence incidence(springs.ends, particles.local());
   for (PetscInt i = 0; i < unknowns; ++i) {
-    const PetscInt spring = kept_.matrices().springs()[i];
+    const PetscInt spring = kept_.springs()[i];
     const auto has_entries = [&](PetscInt particle) {
       const Incidence::Range all = incidence[particle];
       return std::any_of(all.begin(), all.end(),
@@ -360,12 +339,12 @@ LineElimination::LineElimination(const SpringSet& springs, const Layout& particl
 }
 
 std::string LineElimination::words() const {
-  const auto count = [](const LineMatrices& lines) {
+  const auto count = [](const JoinedLines& lines) {
     return std::to_string(
         std::count_if(lines.springs().begin(), lines.springs().end(), [](PetscInt spring) { return spring >= 0; }));
   };
-  return "tridiagonal solves along lines of springs, on this rank " + count(eliminated_.matrices()) +
-         " springs eliminated, " + count(kept_.matrices()) + " kept";
+  return "tridiagonal solves along lines of springs, on this rank " + count(eliminated_) + " springs eliminated, " +
+         count(kept_) + " kept";
 }
 
 void LineElimination::update(const std::vector<double>& diagonal, const Eigen::Matrix3Xd& gradient,
@@ -381,14 +360,14 @@ void LineElimination::multiply(Vec in_vector, Vec out_vector) {
   const ConstVecValues in(in_vector);
   VecValues out(out_vector);
   rows_->begin(in.data());
-  kept_.matrices().multiply(in.data(), out.data());
+  kept_.multiply(in.data(), out.data());
   rows_->end(in.data());
   eliminated_.solve_by_groups(
       [&](std::size_t first, std::size_t count, double* values) { rows_->multiply(first, count, in.data(), values); },
       [&](std::size_t first, std::size_t count, const double* x) {
         rows_->subtract_transposed(first, count, x, out.data());
       });
-  const std::size_t below = eliminated_.matrices().size();
+  const std::size_t below = eliminated_.size();
   rows_->multiply(below, off_lines_.size(), in.data(), off_line_values_.data());
   for (std::size_t k = 0; k < off_lines_.size(); ++k) {
     out[off_lines_[k]] += off_line_values_[k];
@@ -400,9 +379,9 @@ void LineElimination::multiply(Vec in_vector, Vec out_vector) {
 void LineElimination::eliminate(Vec right_hand_side) {
   const ConstVecValues all(right_hand_side);
   VecValues kept(kept_right_hand_side_);
-  gather(kept_.matrices(), 0, kept_.matrices().springs().size(), all.data(), kept.data());
+  gather(kept_, 0, kept_.springs().size(), all.data(), kept.data());
   eliminated_.solve_by_groups([&](std::size_t first, std::size_t count,
-                                  double* values) { gather(eliminated_.matrices(), first, count, all.data(), values); },
+                                  double* values) { gather(eliminated_, first, count, all.data(), values); },
                               [&](std::size_t first, std::size_t count, const double* x) {
                                 rows_->subtract_transposed(first, count, x, kept.data());
                               });
@@ -415,9 +394,9 @@ void LineElimination::substitute(Vec right_hand_side, Vec lambda) {
   const ConstVecValues given(right_hand_side);
   VecValues all(lambda);
   rows_->begin(kept.data());
-  scatter(kept_.matrices(), 0, kept_.matrices().springs().size(), kept.data(), all.data());
+  scatter(kept_, 0, kept_.springs().size(), kept.data(), all.data());
   rows_->end(kept.data());
-  const PetscInt* springs = eliminated_.matrices().springs().data();
+  const PetscInt* springs = eliminated_.springs().data();
   eliminated_.solve_by_groups(
       [&](std::size_t first, std::size_t count, double* values) {
         rows_->multiply(first, count, kept.data(), values);
@@ -427,7 +406,7 @@ void LineElimination::substitute(Vec right_hand_side, Vec lambda) {
         }
       },
       [&](std::size_t first, std::size_t count, const double* x) {
-        scatter(eliminated_.matrices(), first, count, x, all.data());
+        scatter(eliminated_, first, count, x, all.data());
       });
 }
 

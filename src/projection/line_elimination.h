@@ -16,20 +16,19 @@
 
 namespace pellicle::projection {
 
-/// J W J^T along lines of springs: a tridiagonal matrix for each line, factorised as L D L^T.
+/// J W J^T along the lines of one family: a tridiagonal matrix for each line, factorised as L D L^T.
 ///
 /// Several lines are processed side by side: unknown `k * lanes + lane` is spring k of a line. Lines of similar length
 /// are grouped; shorter ones are padded with idle unknowns, which have a one on the diagonal.
 ///
-/// A separator before a line's first spring changes L^-1 b by a multiple of the line's spike L^-1 e, with e the first
-/// unit vector. Lines with spikes come first.
-class LineMatrices {
+/// Lines are joined by separators where ranks cut them: each rank solves forwards along its lines, all ranks solve the
+/// tridiagonal systems of the separators, and each rank solves backwards. A separator before a line's first spring
+/// changes L^-1 b by a multiple of the line's spike L^-1 e, with e the first unit vector. Lines with spikes come first.
+class JoinedLines {
  public:
-  /// @param lines local spring numbers along each line
-  /// @param has_spike whether each line has a spike
+  /// Takes the lines from the family; it and the set must outlive this object. Collective.
   /// @param keeps_entries whether `multiply` is used
-  LineMatrices(const SpringSet& set, const std::vector<std::vector<PetscInt>>& lines,
-               const std::vector<bool>& has_spike, bool keeps_entries);
+  JoinedLines(const SpringSet& set, LineFamily& family, bool keeps_entries);
 
   /// Spring of each unknown; -1: idle.
   const std::vector<PetscInt>& springs() const { return springs_; }
@@ -40,69 +39,11 @@ class LineMatrices {
     return joints_[i] < 0 ? -1 : springs_[i - lanes];
   }
 
-  /// Sets new values and factorises them.
-  /// @param diagonal of the owned springs
-  void update(const std::vector<double>& diagonal, const Eigen::Matrix3Xd& gradient,
-              const std::vector<double>& inverse_mass);
-  /// Unknown of the first (end 0) or the last spring of a line.
-  std::size_t at_end(std::size_t line, std::size_t end) const { return ends_[line][end]; }
-  double inverse_pivot(std::size_t unknown) const { return inverse_pivot_[unknown]; }
-  /// Makes `backward` the identity for a line's only spring, until the next update.
-  void set_to_identity(std::size_t unknown) { inverse_pivot_[unknown] = 1; }
-  /// Spikes, with zeros for lines without spikes in the same groups.
-  const std::vector<double>& spikes() const { return spikes_; }
-  /// Place of a line with a spike in arrays `by_spike`.
-  std::size_t spike_of(std::size_t line) const { return spike_of_[line]; }
-
-  /// out = A in
-  void multiply(const double* in, double* out) const;
-
-  // A^-1 b = L^-T D^-1 (L^-1 b) of the lines of one group; its values are in the order of the unknowns.
-  std::size_t groups() const { return groups_.size() - 1; }
-  std::size_t group_start(std::size_t group) const { return groups_[group]; }
-  std::size_t group_size(std::size_t group) const { return groups_[group + 1] - groups_[group]; }
-  /// L^-1 b, in place.
-  void forward(std::size_t group, double* values) const;
-  /// A^-1 b from L^-1 b, in place.
-  void backward(std::size_t group, double* values) const;
-  /// Adds A^-1 b at the first springs of a group's lines with spikes. @param values L^-1 b
-  void first_values(std::size_t group, const double* values, double* by_spike) const;
-  /// values -= spikes times factors
-  void subtract_spikes(std::size_t group, const double* by_spike, double* values) const;
-  std::size_t spiked_lines() const { return lanes * spiked_groups_; }
-
- private:
-  static constexpr std::size_t lanes = 8;
-  using Lanes = Eigen::Array<double, lanes, 1>;
-
-  std::vector<PetscInt> springs_;
-  std::vector<PetscInt> joints_;  ///< signed particle that joins an unknown to the one before, as in GramBlock, or -1
-  std::vector<std::array<std::size_t, 2>> ends_;  ///< first and last unknown of each line
-  std::vector<std::size_t> spike_of_;             ///< of each line
-  std::vector<std::size_t> groups_{0};            ///< (groups + 1), first unknown of each
-  std::size_t spiked_groups_ = 0;                 ///< number of groups with spikes; they come first
-  std::vector<std::size_t> spiked_firsts_;        ///< first unknowns of the lines with spikes
-  std::vector<double> spikes_;
-  std::vector<double> diagonal_;  ///< if entries are kept
-  std::vector<double> inverse_pivot_;
-  // With an additional row of zeros, so that loops need not check for the end of a line.
-  std::vector<double> coupling_;  ///< with the unknown before, if entries are kept
-  std::vector<double> factor_;    ///< of L: coupling by the pivot before
-};
-
-/// J W J^T along the lines of one family, joined by separators where ranks cut them: each rank solves forwards along
-/// its lines, all ranks solve the tridiagonal systems of the separators, and each rank solves backwards.
-class JoinedLines {
- public:
-  /// Takes the lines from the family; it and the set must outlive this object. Collective.
-  /// @param keeps_entries as for LineMatrices
-  JoinedLines(const SpringSet& set, LineFamily& family, bool keeps_entries);
-
-  const LineMatrices& matrices() const { return matrices_; }
-
   /// Sets new values and factorises them. Collective. @param diagonal of the owned springs
   void update(const std::vector<double>& diagonal, const Eigen::Matrix3Xd& gradient,
               const std::vector<double>& inverse_mass);
+  /// out = A in, for each line by itself.
+  void multiply(const double* in, double* out) const;
   /// out = A^-1 in. Collective.
   void solve(const double* in, double* out);
   /// Solves A x = b by groups of lines, which stay in the cache. Collective.
@@ -114,49 +55,81 @@ class JoinedLines {
   }
 
  private:
+  static constexpr std::size_t lanes = 8;
+  using Lanes = Eigen::Array<double, lanes, 1>;
+
+  /// Sets new values of the lines and factorises each by itself.
+  void factorise(const std::vector<double>& diagonal, const Eigen::Matrix3Xd& gradient,
+                 const std::vector<double>& inverse_mass);
+
+  // A^-1 b = L^-T D^-1 (L^-1 b) of the lines of one group; its values are in the order of the unknowns.
+  std::size_t groups() const { return groups_.size() - 1; }
+  std::size_t group_size(std::size_t group) const { return groups_[group + 1] - groups_[group]; }
+  /// L^-1 b, in place.
+  void forward(std::size_t group, double* values) const;
+  /// A^-1 b from L^-1 b, in place.
+  void backward(std::size_t group, double* values) const;
+  /// Adds A^-1 b at the first springs of a group's lines with spikes. @param values L^-1 b
+  void first_values(std::size_t group, const double* values, double* by_spike) const;
+  /// values -= spikes times factors
+  void subtract_spikes(std::size_t group, const double* by_spike, double* values) const;
+
   /// Whether any rank has separators.
   bool is_joined() const { return !right_.empty(); }
   /// @param values of one group, or of all if `for_all`, as joined lines need
   template <class Set, class Use>
   void solve_in(double* values, bool for_all, const Set& set, const Use& use) {
     const auto use_group = [&](std::size_t group, double* of_group) {
-      matrices_.backward(group, of_group);
-      use(matrices_.group_start(group), matrices_.group_size(group), of_group);
+      backward(group, of_group);
+      use(groups_[group], group_size(group), of_group);
     };
-    by_spike_.assign(matrices_.spiked_lines(), 0);
-    for (std::size_t group = 0; group < matrices_.groups(); ++group) {
-      double* of_group = for_all ? values + matrices_.group_start(group) : values;
-      set(matrices_.group_start(group), matrices_.group_size(group), of_group);
-      matrices_.forward(group, of_group);
+    by_spike_.assign(lanes * spiked_groups_, 0);
+    for (std::size_t group = 0; group < groups(); ++group) {
+      double* of_group = for_all ? values + groups_[group] : values;
+      set(groups_[group], group_size(group), of_group);
+      forward(group, of_group);
       if (is_joined()) {
-        matrices_.first_values(group, of_group, by_spike_.data());
+        first_values(group, of_group, by_spike_.data());
       } else {
         use_group(group, of_group);
       }
     }
     if (is_joined()) {
       solve_separators(values);
-      for (std::size_t group = 0; group < matrices_.groups(); ++group) {
-        double* of_group = values + matrices_.group_start(group);
-        matrices_.subtract_spikes(group, by_spike_.data(), of_group);
+      for (std::size_t group = 0; group < groups(); ++group) {
+        double* of_group = values + groups_[group];
+        subtract_spikes(group, by_spike_.data(), of_group);
         use_group(group, of_group);
       }
     }
-    check(PetscLogFlops((is_joined() ? 10.0 : 5.0) * static_cast<double>(matrices_.size())));
+    check(PetscLogFlops((is_joined() ? 10.0 : 5.0) * static_cast<double>(size())));
   }
   /// Solves for the separators of all ranks and subtracts their effect on the other springs from `values`; for lines
   /// with spikes sets the factors in `by_spike_` instead. Collective.
   /// @param values L^-1 b; at this rank's separators b on entry and x on return
   void solve_separators(double* values);
 
+  std::vector<PetscInt> springs_;
+  std::vector<PetscInt> joints_;  ///< signed particle that joins an unknown to the one before, as in GramBlock, or -1
+  std::vector<std::array<std::size_t, 2>> ends_;  ///< first and last unknown of each line
+  std::vector<std::size_t> spike_of_;             ///< place in arrays `by_spike` of each line, if it has a spike
+  std::vector<std::size_t> groups_{0};            ///< (groups + 1), first unknown of each
+  std::size_t spiked_groups_ = 0;                 ///< number of groups with spikes; they come first
+  std::vector<std::size_t> spiked_firsts_;        ///< first unknowns of the lines with spikes
+  std::vector<double> spikes_;                    ///< zeros for lines without spikes in the same groups
+  std::vector<double> diagonal_;                  ///< if entries are kept
+  std::vector<double> inverse_pivot_;             ///< 1 of a separator, for which `backward` is the identity
+  // With an additional row of zeros, so that loops need not check for the end of a line.
+  std::vector<double> coupling_;  ///< with the unknown before, if entries are kept
+  std::vector<double> factor_;    ///< of L: coupling by the pivot before
+
   const SpringSet& set_;
-  LineMatrices matrices_;
   const LineFamily& family_;           ///< without the lines
   std::vector<std::size_t> unknowns_;  ///< this rank's separators
-  std::vector<double> coupling_;       ///< of each end of a line with its separator
+  std::vector<double> end_coupling_;   ///< of each end of a line with its separator
   std::vector<double> separators_;     ///< of all ranks: diagonal, then entry with the separator before
   std::vector<double> right_;          ///< of all separators
-  std::vector<double> values_;         ///< L^-1 b, of all lines if they are joined, else of one group
+  std::vector<double> values_;         ///< L^-1 b, of all lines if they are joined, else of one group at the beginning
   std::vector<double> by_spike_;       ///< first values of lines, then factors of their spikes
 };
 

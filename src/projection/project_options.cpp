@@ -19,7 +19,7 @@ std::vector<std::string> names_of(ColourOrder) {
   do {
     std::string& name = names.emplace_back();
     for (const Colour colour : order) {
-      name += letters[static_cast<std::size_t>(colour)];
+      name += letters[colour];
     }
   } while (std::next_permutation(order.begin(), order.end()));
   return names;
@@ -60,9 +60,8 @@ void describe(OptionTable& table, ProjectOptions& options) {
             "largest that a spring between particles of half the mean mass can have",
             "docs/theory.md: parameters");
   for (const Colour colour : all_colours) {
-    const auto index = static_cast<std::size_t>(colour);
-    table.add(std::string("project.weight_") + colour_names[index], options.weight[index], Rules().range(0, 1),
-              std::string("share of the constraint error that a projection corrects, ") + colour_names[index] +
+    table.add(std::string("project.weight_") + colour_names[colour], options.weight[colour], Rules().range(0, 1),
+              std::string("share of the constraint error that a projection corrects, ") + colour_names[colour] +
                   " springs; less is softer",
               "burning paper, eq. 19; docs/theory.md: readings");
   }

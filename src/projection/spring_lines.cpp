@@ -242,7 +242,7 @@ class LineFinder {
       if (component_of_line_[start] != none) {
         continue;
       }
-      component_of_line_[start] = components_;
+      component_of_line_[start] = static_cast<PetscInt>(start);
       queue.assign(1, start);
       for (std::size_t head = 0; head < queue.size(); ++head) {
         for (const PetscInt spring : lines_[queue[head]]) {
@@ -250,7 +250,7 @@ class LineFinder {
             for (const PetscInt crossing : incidence_[particle]) {
               const PetscInt line = crossing < set_.owned() ? line_of_[crossing] : none;
               if (line != none && component_of_line_[line] == none) {
-                component_of_line_[line] = components_;
+                component_of_line_[line] = static_cast<PetscInt>(start);
                 is_first_family[line] = !is_first_family[queue[head]];
                 queue.push_back(line);
               }
@@ -258,10 +258,9 @@ class LineFinder {
           }
         }
       }
-      ++components_;
     }
-    is_eliminated_.resize(following_.size());
-    for (std::size_t spring = 0; spring < is_eliminated_.size(); ++spring) {
+    is_eliminated_.assign(set_.local(), false);
+    for (PetscInt spring = 0; spring < set_.owned(); ++spring) {
       is_eliminated_[spring] = is_first_family[line_of_[spring]];
     }
   }
@@ -273,7 +272,7 @@ class LineFinder {
       PetscInt one, other;  // global numbers of two parts
       PetscInt alike;       // how many more lines have the same family in both than have not
     };
-    const PetscInt first = number_owned(set_.layout.comm, components_).first;
+    const PetscInt first = number_owned(set_.layout.comm, static_cast<PetscInt>(lines_.size())).first;
     std::vector<PetscInt> family(set_.local());  // 2 * part + family
     for (PetscInt spring = 0; spring < set_.owned(); ++spring) {
       family[spring] = 2 * (first + component_of_line_[line_of_[spring]]) + (is_eliminated_[spring] ? 1 : 0);
@@ -339,7 +338,7 @@ class LineFinder {
   /// If two eliminated springs of different ranks share a particle and are not in one line, only the lower rank's may
   /// stay eliminated.
   void keep_springs_that_meet_other_ranks() {
-    update_ghost_flags(is_eliminated_);
+    update_ghosts(set_.layout, is_eliminated_);
     const std::vector<bool> eliminated = is_eliminated_;
     for (PetscInt spring = 0; spring < set_.owned(); ++spring) {
       for (std::size_t end = 0; end < 2; ++end) {
@@ -350,14 +349,14 @@ class LineFinder {
         }
       }
     }
-    update_ghost_flags(is_eliminated_);
+    update_ghosts(set_.layout, is_eliminated_);
   }
 
   /// If two springs of different ranks and of one family follow each other in a line, the higher rank's is a separator;
   /// in a closed line one of these is not. All ranks solve for all separators: where these are too many there are none,
   /// and the eliminated springs at such places are kept instead.
   void choose_separators() {
-    is_separator_.assign(set_.owned(), false);
+    is_separator_.assign(set_.local(), false);
     for (PetscInt spring = 0; spring < set_.owned(); ++spring) {
       for (const PetscInt other : following_[spring]) {
         if (is_of_lower_rank(other) && is_eliminated_[spring] == is_eliminated_[other]) {
@@ -365,7 +364,7 @@ class LineFinder {
         }
       }
     }
-    update_ghost_flags(is_separator_);
+    update_ghosts(set_.layout, is_separator_);
     number_.assign(set_.local(), none);
     for (const bool eliminated : {true, false}) {
       number_separators(eliminated);
@@ -376,8 +375,8 @@ class LineFinder {
         is_separator_[spring] = is_eliminated_[spring] = false;
       }
     }
-    update_ghost_flags(is_separator_);
-    update_ghost_flags(is_eliminated_);
+    update_ghosts(set_.layout, is_separator_);
+    update_ghosts(set_.layout, is_eliminated_);
   }
 
   void number_separators(bool eliminated) {
@@ -446,10 +445,6 @@ class LineFinder {
     }
   }
 
-  void update_ghost_flags(std::vector<bool>& flags) const {
-    flags.resize(set_.local());
-    update_ghosts(set_.layout, flags);
-  }
   bool is_of_lower_rank(PetscInt spring) const {
     return spring >= set_.owned() && set_.layout.to_global(spring) < set_.layout.first;
   }
@@ -483,13 +478,11 @@ class LineFinder {
   std::vector<std::array<PetscInt, 2>> following_;  ///< spring in which an owned spring's line continues at either end
   std::vector<std::vector<PetscInt>> lines_;
   std::vector<PetscInt> line_of_;
-  std::vector<PetscInt> component_of_line_;  ///< number of the connected part, on this rank, of a line
-                                             ///< and all that cross it
-  PetscInt components_ = 0;
-  std::vector<PetscInt> cuts_;       ///< springs at which closed lines are cut
-  std::vector<bool> is_eliminated_;  ///< with ghosts, once ranks have agreed
-  std::vector<bool> is_separator_;   ///< of the local springs
-  std::vector<PetscInt> number_;     ///< of the local springs that are separators, over all ranks and along the lines
+  std::vector<PetscInt> component_of_line_;  ///< first line of the connected part, on this rank, of each line
+  std::vector<PetscInt> cuts_;               ///< springs at which closed lines are cut
+  std::vector<bool> is_eliminated_;          ///< with ghosts, once ranks have agreed
+  std::vector<bool> is_separator_;           ///< of the local springs
+  std::vector<PetscInt> number_;  ///< of the local springs that are separators, over all ranks and along the lines
   std::array<PetscInt, 2> separators_of_all_{};  ///< their number, of the eliminated and of the kept family
 };
 

@@ -3,7 +3,7 @@
 #include <array>
 #include <vector>
 
-#include "surface/incidence.h"
+#include "base/incidence.h"
 #include "surface/sheet.h"
 
 namespace pellicle::projection {

@@ -5,10 +5,10 @@
 #include <numeric>
 
 #include "base/error.h"
+#include "base/incidence.h"
 #include "base/units.h"
 #include "linear/shell_operations.h"
 #include "parallel/collective.h"
-#include "surface/incidence.h"
 #include "surface/weave_strain.h"
 
 namespace pellicle::projection {
@@ -41,7 +41,7 @@ void require_shift_at_irregular_vertices(const Sheet& sheet, const ProjectOption
     if (sheet.acts(colour)) {
       const Incidence incidence(sheet.of(colour).ends, sheet.particles.local());
       for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
-        worst = std::min(worst, {-incidence[i].size(), sheet.persistent_id[i]});
+        worst = std::min(worst, {-static_cast<PetscInt>(incidence[i].size()), sheet.persistent_id[i]});
       }
     }
   }
@@ -59,18 +59,17 @@ ProjectionError constraint_errors(const Sheet& sheet, const Field& x,
                                   const std::array<std::vector<double>, 4>& target_length, const ActiveSet& active) {
   ProjectionError error;
   for (const Colour colour : all_colours) {
-    const auto index = static_cast<std::size_t>(colour);
     const SpringSet& springs = sheet.of(colour);
     double sum = 0;
     for (PetscInt s = 0; s < springs.owned() && sheet.acts(colour); ++s) {
-      if (active.springs[index][s]) {
+      if (active.springs[colour][s]) {
         const auto& [a, b] = springs.ends[s];
-        const double target = target_length[index][s];
+        const double target = target_length[colour][s];
         const double constraint = (x.vector(a) - x.vector(b)).squaredNorm() / target - target;
         sum += constraint * constraint;
       }
     }
-    error.colour[index] = sum;
+    error.colour[colour] = sum;
   }
   error.colour = sum_over_ranks(sheet.comm(), error.colour);
   error.total = std::sqrt(std::accumulate(error.colour.begin(), error.colour.end(), 0.0));
@@ -103,15 +102,14 @@ SuccessiveProjection::SuccessiveProjection(const Sheet& sheet, const ProjectOpti
     }
   }
   for (const Colour colour : colours_) {
-    const auto index = static_cast<std::size_t>(colour);
     const SpringSet& springs = sheet.of(colour);
-    System& system = systems_[index];
+    System& system = systems_[colour];
     // Another preconditioner from the options needs the entries of the Gram matrix.
-    const std::string prefix = options.solver_prefix + colour_names[index] + "_";
-    char preconditioner[64] = "lines";
-    check(PetscOptionsGetString(nullptr, prefix.c_str(), "-pc_type", preconditioner, sizeof preconditioner, nullptr));
+    const std::string prefix = options.solver_prefix + colour_names[colour] + "_";
     GramFormat format = options.mat_type;
-    const bool eliminates_lines = format == GramFormat::lines && std::string(preconditioner) == LineElimination::type;
+    const bool eliminates_lines =
+        format == GramFormat::lines &&
+        option_value("-" + prefix + "pc_type").value_or(LineElimination::type) == LineElimination::type;
     if (format == GramFormat::lines) {
       format = eliminates_lines ? GramFormat::shell : GramFormat::aij;
     }
@@ -129,9 +127,9 @@ SuccessiveProjection::SuccessiveProjection(const Sheet& sheet, const ProjectOpti
     }
     check(
         MatCreateVecs(system.gram->preconditioning_matrix(), system.lambda.create(), system.right_hand_side.create()));
-    system.weight.assign(springs.owned(), options.weight[index]);
-    if (!spring_weight[index].empty()) {
-      std::transform(system.weight.begin(), system.weight.end(), spring_weight[index].begin(), system.weight.begin(),
+    system.weight.assign(springs.owned(), options.weight[colour]);
+    if (!spring_weight[colour].empty()) {
+      std::transform(system.weight.begin(), system.weight.end(), spring_weight[colour].begin(), system.weight.begin(),
                      std::multiplies<>());
     }
   }
@@ -178,9 +176,8 @@ double SuccessiveProjection::length_norm(const ActiveSet& active) const {
   double sum = 0;
   for (const Colour colour : colours_) {
     const SpringSet& springs = sheet_.of(colour);
-    const std::vector<bool>& lives = active.springs[static_cast<std::size_t>(colour)];
     for (PetscInt s = 0; s < springs.owned(); ++s) {
-      if (lives[s]) {
+      if (active.springs[colour][s]) {
         sum += springs.initial_length[s] * springs.initial_length[s];
       }
     }
@@ -195,11 +192,10 @@ StageResult SuccessiveProjection::project(Field& x, Colour colour, const Project
 
 StageResult SuccessiveProjection::project_colour(Field& x, Colour colour, const ProjectionInput& input,
                                                  std::optional<double> limit) {
-  const auto index = static_cast<std::size_t>(colour);
   const SpringSet& springs = sheet_.of(colour);
-  System& system = systems_[index];
+  System& system = systems_[colour];
   Linearisation& constraint = system.linearisation;
-  linearise(springs, x.data(), input.target_length[index], input.active.springs[index], constraint);
+  linearise(springs, x.data(), input.target_length[colour], input.active.springs[colour], constraint);
   const double shift = limit ? std::min(options_.shift, limit_shift) : options_.shift;
   system.gram->update(constraint.gradient, gram_inverse_mass_, shift,
                       options_.masses == GramMasses::actual ? std::optional(inverse_mass_at_edges) : std::nullopt);
@@ -210,7 +206,7 @@ StageResult SuccessiveProjection::project_colour(Field& x, Colour colour, const 
     VecValues values(system.right_hand_side);
     for (PetscInt s = 0; s < springs.owned(); ++s) {
       const double error = constraint.error[s];
-      values[s] = limit ? excess(error, input.target_length[index][s], sheet_.layers == 1 ? 0 : aim * *limit)
+      values[s] = limit ? excess(error, input.target_length[colour][s], sheet_.layers == 1 ? 0 : aim * *limit)
                         : system.weight[s] * error;
     }
   }
@@ -240,11 +236,10 @@ StageResult SuccessiveProjection::project_jointly(Field& x, const ProjectionInpu
   std::array<const Eigen::Matrix3Xd*, 4> gradients{};
   joint_error_.clear();
   for (const Colour colour : colours_) {
-    const auto index = static_cast<std::size_t>(colour);
-    System& system = systems_[index];
-    linearise(sheet_.of(colour), x.data(), input.target_length[index], input.active.springs[index],
+    System& system = systems_[colour];
+    linearise(sheet_.of(colour), x.data(), input.target_length[colour], input.active.springs[colour],
               system.linearisation);
-    gradients[index] = &system.linearisation.gradient;
+    gradients[colour] = &system.linearisation.gradient;
     for (PetscInt s = 0; s < sheet_.of(colour).owned(); ++s) {
       joint_error_.push_back(system.weight[s] * system.linearisation.error[s]);
     }
@@ -264,12 +259,11 @@ StageResult SuccessiveProjection::project_jointly(Field& x, const ProjectionInpu
 }
 
 void SuccessiveProjection::add_pull(const ProjectionInput& input, Colour colour, const double* lambda) const {
-  const auto index = static_cast<std::size_t>(colour);
   const SpringSet& springs = sheet_.of(colour);
-  const Eigen::Matrix3Xd& gradient = systems_[index].linearisation.gradient;
+  const Eigen::Matrix3Xd& gradient = systems_[colour].linearisation.gradient;
   for (PetscInt s = 0; input.pull != nullptr && s < springs.owned(); ++s) {
     const auto& [a, b] = springs.ends[s];
-    (*input.pull)[index][s] += (move_inverse_mass_[a] + move_inverse_mass_[b]) * gradient.col(s).norm() * lambda[s];
+    (*input.pull)[colour][s] += (move_inverse_mass_[a] + move_inverse_mass_[b]) * gradient.col(s).norm() * lambda[s];
   }
 }
 

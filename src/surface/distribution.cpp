@@ -13,12 +13,12 @@
 #include "base/disjoint_sets.h"
 #include "base/error.h"
 #include "base/handle.h"
+#include "base/incidence.h"
 #include "base/noise.h"
 #include "base/sorting.h"
 #include "parallel/collective.h"
 #include "parallel/exchange.h"
 #include "parallel/route.h"
-#include "surface/opposite_sides.h"
 #include "surface/pieces.h"
 
 namespace pellicle::surface {
@@ -92,15 +92,8 @@ std::vector<int> partition_with_petsc(MPI_Comm comm, CellGraph graph, const std:
 std::vector<int> find_parts(MPI_Comm comm, const MeshRows& rows, const SheetOptions& options) {
   const Route to_root(comm, std::vector<int>(rows.cells.size(), 0));
   const std::vector<PetscInt> order = ordered_by(to_root.send(ids_of(rows.cells)));
-  const std::size_t count = rows.corners;
-  const std::vector<PetscInt> corner_ids =
-      to_root.send(Records::of(rows.cell_corners, static_cast<PetscInt>(rows.cells.size()), count)).as<PetscInt>();
-  std::vector<PetscInt> corners;
-  for (const PetscInt cell : order) {
-    const auto first = corner_ids.begin() + cell * static_cast<PetscInt>(count);
-    corners.insert(corners.end(), first, first + static_cast<PetscInt>(count));
-  }
-  CellGraph graph = cell_graph(corners, rows.corners);
+  const auto corners = Records::of(rows.cell_corners, static_cast<PetscInt>(rows.cells.size()), rows.corners);
+  CellGraph graph = cell_graph(to_root.send(corners).of_items(order).as<PetscInt>(), rows.corners);
   std::vector<double> load;
   if (on_any_rank(comm, !rows.load.empty())) {
     load = picked(to_root.send(rows.load), order);
@@ -305,19 +298,19 @@ Layout layout_with(MPI_Comm comm, PetscInt owned, const std::vector<Owner>& ghos
 
 }  // namespace
 
-Distribution::Distribution(MPI_Comm comm, MeshRows rows, int layers, Numbering numbering, const SheetOptions& options)
-    : comm_(comm), rows_(std::move(rows)) {
-  const std::size_t count = rows_.corners;
-  if (!on_any_rank(comm, !rows_.part.empty())) {
-    rows_.part = find_parts(comm, rows_, options);
+Distribution::Distribution(MPI_Comm comm, MeshRows given, int layers, Numbering numbering, const SheetOptions& options)
+    : rows(std::move(given)) {
+  const std::size_t count = rows.corners;
+  if (!on_any_rank(comm, !rows.part.empty())) {
+    rows.part = find_parts(comm, rows, options);
   }
 
   // The own cells, in the order of their ids.
-  const auto rows_here = static_cast<PetscInt>(rows_.cells.size());
-  const CellTable here{Records::of(rows_.cells), Records::of(rows_.cell_corners, rows_here, count),
-                       Records::of(rows_.field_values, rows_here, rows_.fields.size()), rows_.cell_data,
-                       rows_.lattice_data};
-  const Route to_owner(comm, rows_.part);
+  const auto rows_here = static_cast<PetscInt>(rows.cells.size());
+  const CellTable here{Records::of(rows.cells), Records::of(rows.cell_corners, rows_here, count),
+                       Records::of(rows.field_values, rows_here, rows.fields.size()), rows.cell_data,
+                       rows.lattice_data};
+  const Route to_owner(comm, rows.part);
   CellTable cells = here.each([&to_owner](const Records& records) { return to_owner.send(records); });
   const auto reorder = [](CellTable& table, const std::vector<PetscInt>& items) {
     table = table.each([&items](const Records& records) { return records.of_items(items); });
@@ -325,8 +318,8 @@ Distribution::Distribution(MPI_Comm comm, MeshRows rows, int layers, Numbering n
   reorder(cells, ordered_by(ids_of(cells.points.as<MeshRows::Point>())));
   std::vector<PetscInt> vertices = without_repeats(cells.corners.as<PetscInt>());
   const std::vector<PetscInt> places = Places(vertices).of(cells.corners.as<PetscInt>());
-  if (numbering == Numbering::by_nearness || are_scattered(places, rows_.corners, vertices.size())) {
-    reorder(cells, order_by_nearness(places, rows_.corners, vertices));
+  if (numbering == Numbering::by_nearness || are_scattered(places, rows.corners, vertices.size())) {
+    reorder(cells, order_by_nearness(places, rows.corners, vertices));
   }
   const PetscInt owned_cells = cells.points.count();
 
@@ -357,7 +350,7 @@ Distribution::Distribution(MPI_Comm comm, MeshRows rows, int layers, Numbering n
     constrained = without_repeats(std::move(constrained));
   }
   std::vector<PetscInt> ghost_order;
-  cell_layout_ = layout_with(comm, owned_cells, ghost_owner, ghost_order);
+  cell_layout = layout_with(comm, owned_cells, ghost_owner, ghost_order);
   reorder(ghosts, ghost_order);
   cells.append(ghosts);
 
@@ -366,7 +359,7 @@ Distribution::Distribution(MPI_Comm comm, MeshRows rows, int layers, Numbering n
   std::set_difference(constrained.begin(), constrained.end(), of_own_cells.begin(), of_own_cells.end(),
                       std::back_inserter(vertices));
   has_own_cell.resize(vertices.size(), 0);
-  const std::vector<int> owner = fetch_vertices(comm, vertices, has_own_cell, rows_);
+  const std::vector<int> owner = fetch_vertices(comm, vertices, has_own_cell, rows);
   std::vector<PetscInt> own;
   std::vector<PetscInt> others;
   for (std::size_t i = 0; i < vertices.size(); ++i) {
@@ -379,64 +372,59 @@ Distribution::Distribution(MPI_Comm comm, MeshRows rows, int layers, Numbering n
   for (std::size_t i = 0; i < others.size(); ++i) {
     vertex_owner.emplace_back(owner[others[i]], numbers[i]);
   }
-  vertex_layout_ = layout_with(comm, static_cast<PetscInt>(own.size()), vertex_owner, ghost_order);
+  vertex_layout = layout_with(comm, static_cast<PetscInt>(own.size()), vertex_owner, ghost_order);
   std::vector<PetscInt> order = own;
   for (const PetscInt ghost : ghost_order) {
     order.push_back(others[ghost]);
   }
   vertices = picked(vertices, order);
-  rows_.vertices = picked(rows_.vertices, order);
-  rows_.vertex_data = rows_.vertex_data.of_items(order);
+  rows.vertices = picked(rows.vertices, order);
+  rows.vertex_data = rows.vertex_data.of_items(order);
 
-  rows_.cells = cells.points.as<MeshRows::Point>();
-  rows_.field_values = cells.fields.as<double>();
-  rows_.cell_data = std::move(cells.data);
-  rows_.lattice_data = std::move(cells.lattice_data);
-  rows_.cell_corners.clear();
-  rows_.part.clear();
-  rows_.load.clear();
-  corners_ = Places(vertices).of(cells.corners.as<PetscInt>());
-  for (PetscInt& corner : corners_) {
-    corner += cell_layout_.local();
+  rows.cells = cells.points.as<MeshRows::Point>();
+  rows.field_values = cells.fields.as<double>();
+  rows.cell_data = std::move(cells.data);
+  rows.lattice_data = std::move(cells.lattice_data);
+  rows.cell_corners.clear();
+  rows.part.clear();
+  rows.load.clear();
+  cell_vertices = Places(vertices).of(cells.corners.as<PetscInt>());
+  for (PetscInt& corner : cell_vertices) {
+    corner += cell_layout.local();
   }
-  opposite_ = opposite_sides(corners_, count);
-}
-
-void Distribution::update_data() {
-  update_ghosts(cell_layout_, rows_.cells);
-  update_ghosts(vertex_layout_, rows_.vertices);
+  opposite = opposite_sides(cell_vertices, count);
 }
 
 Records Distribution::particle_data(const std::vector<PetscInt>& points) const {
-  Records data(rows_.vertex_data.bytes(), static_cast<PetscInt>(points.size()));
+  Records data(rows.vertex_data.bytes(), static_cast<PetscInt>(points.size()));
   for (std::size_t i = 0; i < points.size(); ++i) {
     const PetscInt vertex = points[i] - cells();
-    std::copy_n(vertex < 0 ? rows_.lattice_data.at(points[i]) : rows_.vertex_data.at(vertex), data.bytes(),
+    std::copy_n(vertex < 0 ? rows.lattice_data.at(points[i]) : rows.vertex_data.at(vertex), data.bytes(),
                 data.at(static_cast<PetscInt>(i)));
   }
   return data;
 }
 
 std::vector<int> Distribution::find_pieces(std::vector<bool>& is_closed) const {
-  const std::size_t sides = rows_.corners;
-  DisjointSets joined(rows_.cells.size());
-  for (std::size_t side = 0; side < opposite_.size(); ++side) {
-    if (opposite_[side] >= 0) {
-      joined.unite(side / sides, static_cast<std::size_t>(opposite_[side]) / sides);
+  const std::size_t sides = rows.corners;
+  DisjointSets joined(rows.cells.size());
+  for (std::size_t side = 0; side < opposite.size(); ++side) {
+    if (opposite[side] >= 0) {
+      joined.unite(side / sides, static_cast<std::size_t>(opposite[side]) / sides);
     }
   }
-  const std::vector<PetscInt> least = least_connected_ids(cell_layout_, joined, ids_of(rows_.cells));
-  const std::vector<PetscInt> own(least.begin(), least.begin() + cell_layout_.owned);
-  const std::vector<PetscInt> ids = without_repeats(of_all_ranks(comm_, without_repeats(own)));
+  const std::vector<PetscInt> least = least_connected_ids(cell_layout, joined, ids_of(rows.cells));
+  const std::vector<PetscInt> own(least.begin(), least.begin() + cell_layout.owned);
+  const std::vector<PetscInt> ids = without_repeats(of_all_ranks(comm(), without_repeats(own)));
   const std::vector<PetscInt> numbers = Places(ids).of(least);
   std::vector<int> piece(numbers.begin(), numbers.end());
   std::vector<int> open(ids.size(), 0);
   for (std::size_t side = 0; side < sides * own.size(); ++side) {
-    if (opposite_[side] < 0) {
+    if (opposite[side] < 0) {
       open[piece[side / sides]] = 1;
     }
   }
-  max_over_ranks(comm_, open);
+  max_over_ranks(comm(), open);
   for (const int is_open : open) {
     is_closed.push_back(is_open == 0);
   }
@@ -445,17 +433,17 @@ std::vector<int> Distribution::find_pieces(std::vector<bool>& is_closed) const {
 
 Layout Distribution::layout(const std::vector<PetscInt>& points) const {
   const auto first_ghost = std::find_if(points.begin(), points.end(), [this](PetscInt p) { return !is_owned(p); });
-  Layout layout = number_owned(comm_, static_cast<PetscInt>(first_ghost - points.begin()));
-  std::vector<PetscInt> of_cells(rows_.cells.size(), -1);
-  std::vector<PetscInt> of_vertices(rows_.vertices.size(), -1);
+  Layout layout = number_owned(comm(), static_cast<PetscInt>(first_ghost - points.begin()));
+  std::vector<PetscInt> of_cells(rows.cells.size(), -1);
+  std::vector<PetscInt> of_vertices(rows.vertices.size(), -1);
   const auto number = [&](PetscInt point) -> PetscInt& {
     return point < cells() ? of_cells[point] : of_vertices[point - cells()];
   };
   for (auto point = points.begin(); point != first_ghost; ++point) {
     number(*point) = layout.first + static_cast<PetscInt>(point - points.begin());
   }
-  update_ghosts(cell_layout_, of_cells);
-  update_ghosts(vertex_layout_, of_vertices);
+  update_ghosts(cell_layout, of_cells);
+  update_ghosts(vertex_layout, of_vertices);
   for (auto point = first_ghost; point != points.end(); ++point) {
     layout.ghost_global.push_back(number(*point));
   }
@@ -466,28 +454,27 @@ void Distribution::fill(Surface& set, const std::vector<PetscInt>& points) const
   set.particles = layout(points);
   const auto count = static_cast<Eigen::Index>(points.size());
   set.rest.resize(3, count);
-  set.uv.resize(2, has_uv() ? count : 0);
-  std::vector<std::vector<PetscInt>*> members;
-  for (const std::string& group : rows_.groups) {
-    members.push_back(&set.groups[group]);
+  set.uv.resize(2, rows.has_uv ? count : 0);
+  for (const std::string& group : rows.groups) {
+    set.groups[group];  // also one without members
   }
   for (Eigen::Index i = 0; i < count; ++i) {
     const MeshRows::Point& point = data(points[i]);
     set.rest.col(i) = Eigen::Map<const Eigen::Vector3d>(point.position.data());
-    if (has_uv()) {
+    if (rows.has_uv) {
       set.uv.col(i) = Eigen::Map<const Eigen::Vector2d>(point.uv.data());
     }
     set.persistent_id.push_back(point.id);
     for (const int group : groups_of(points[i])) {
-      members[group]->push_back(static_cast<PetscInt>(i));
+      set.groups[rows.groups[group]].push_back(static_cast<PetscInt>(i));
     }
   }
-  const PetscInt own_sides = rows_.corners * cell_layout_.owned;
+  const PetscInt own_sides = rows.corners * cell_layout.owned;
   // Edges of the cut are counted from both sides.
-  const auto cut = static_cast<PetscInt>(std::count_if(opposite_.begin(), opposite_.begin() + own_sides,
+  const auto cut = static_cast<PetscInt>(std::count_if(opposite.begin(), opposite.begin() + own_sides,
                                                        [own_sides](PetscInt side) { return side >= own_sides; }));
-  set.partition = {sum_over_ranks(comm_, cut) / 2,
-                   shares_of_ranks(comm_, static_cast<double>(cell_layout_.owned)).imbalance};
+  set.partition = {sum_over_ranks(comm(), cut) / 2,
+                   shares_of_ranks(comm(), static_cast<double>(cell_layout.owned)).imbalance};
 }
 
 Eigen::Matrix3Xd perturbed_positions(const Surface& points, const SheetOptions& options, double mean_edge) {

@@ -11,9 +11,22 @@
 
 namespace pellicle::surface {
 
-Membrane make_membrane(MPI_Comm comm, const SurfaceMesh& mesh, const SheetOptions& options) {
-  return make_membrane(comm, rows_of(comm, mesh), options).membrane;
+namespace {
+
+/// The sum at each local vertex of a third of the value of each element round it. Collective.
+std::vector<double> shared_by_corners(const Membrane& membrane, const std::vector<double>& of_element) {
+  Field sums(membrane.particles, 1);
+  for (std::size_t e = 0; e < membrane.triangles.size(); ++e) {
+    for (const PetscInt corner : membrane.triangles[e]) {
+      sums.data()[corner] += of_element[e] / 3;
+    }
+  }
+  // Local elements are all that an owned vertex belongs to; a ghost misses some.
+  sums.update_ghosts();
+  return {sums.data(), sums.data() + membrane.particles.local()};
 }
+
+}  // namespace
 
 LoadedMembrane make_membrane(MPI_Comm comm, MeshRows rows, const SheetOptions& options) {
   const Distribution distribution(comm, std::move(rows), 1, Numbering::by_nearness, options);
@@ -53,8 +66,9 @@ LoadedMembrane make_membrane(MPI_Comm comm, MeshRows rows, const SheetOptions& o
   membrane.is_lattice.assign(particles.size(), false);
   membrane.cell_count.assign(membrane.particles.owned, 0);
 
-  membrane.element_uv.resize(2, distribution.has_uv() ? static_cast<Eigen::Index>(elements.size()) : 0);
-  for (const std::string& field : distribution.fields()) {
+  membrane.element_uv.resize(2, distribution.rows.has_uv ? static_cast<Eigen::Index>(elements.size()) : 0);
+  const std::vector<std::string>& fields = distribution.rows.fields;
+  for (const std::string& field : fields) {
     membrane.element_fields[field];
   }
   for (std::size_t e = 0; e < elements.size(); ++e) {
@@ -69,28 +83,28 @@ LoadedMembrane make_membrane(MPI_Comm comm, MeshRows rows, const SheetOptions& o
     const MeshRows::Point& data = distribution.data(elements[e]);
     membrane.element_id.push_back(data.id);
     membrane.piece.push_back(piece[elements[e]]);
-    if (distribution.has_uv()) {
+    if (distribution.rows.has_uv) {
       membrane.element_uv.col(static_cast<Eigen::Index>(e)) = Eigen::Map<const Eigen::Vector2d>(data.uv.data());
     }
     for (const int group : distribution.groups_of(elements[e])) {
-      membrane.element_groups[distribution.groups()[group]].push_back(static_cast<PetscInt>(e));
+      membrane.element_groups[distribution.rows.groups[group]].push_back(static_cast<PetscInt>(e));
     }
-    for (std::size_t f = 0; f < distribution.fields().size(); ++f) {
-      membrane.element_fields[distribution.fields()[f]].push_back(distribution.field_values(elements[e])[f]);
+    for (std::size_t f = 0; f < fields.size(); ++f) {
+      membrane.element_fields[fields[f]].push_back(
+          distribution.rows.field_values[fields.size() * static_cast<std::size_t>(elements[e]) + f]);
     }
   }
-  return {std::move(membrane), distribution.particle_data(particles), distribution.cell_data(elements)};
+  return {std::move(membrane), distribution.particle_data(particles), distribution.rows.cell_data.of_items(elements)};
 }
 
 void set_burnable(Membrane& membrane, std::vector<double> element_mass) {
   membrane.element_mass = std::move(element_mass);
-  Field mass(membrane.particles, 1);
+  membrane.initial_mass = shared_by_corners(membrane, membrane.element_mass);
   SpringSet& edges = membrane.of(Colour::blue);
   std::map<std::pair<PetscInt, PetscInt>, std::size_t> number;
   for (std::size_t e = 0; e < membrane.triangles.size(); ++e) {
     const std::array<PetscInt, 3>& triangle = membrane.triangles[e];
     for (std::size_t k = 0; k < 3; ++k) {
-      mass.data()[triangle[k]] += membrane.element_mass[e] / 3;
       const auto [a, b] = std::minmax({triangle[k], triangle[(k + 1) % 3]});  // by value
       const auto [edge, is_new] = number.try_emplace({a, b}, edges.ends.size());
       if (is_new) {
@@ -102,29 +116,18 @@ void set_burnable(Membrane& membrane, std::vector<double> element_mass) {
       }
     }
   }
-  edges.layout = number_owned(membrane.comm(), static_cast<PetscInt>(edges.ends.size()));
-  for (SpringSet& none : membrane.springs) {
-    if (none.ends.empty()) {
-      none.layout = number_owned(membrane.comm(), 0);
-    }
+  for (SpringSet& set : membrane.springs) {  // of all colours but the edges' empty
+    set.layout = number_owned(membrane.comm(), static_cast<PetscInt>(set.ends.size()));
   }
-  // Local elements are all that an owned vertex belongs to; a ghost misses some.
-  mass.update_ghosts();
-  membrane.initial_mass.assign(mass.data(), mass.data() + membrane.particles.local());
 }
 
 std::vector<double> vertex_areas(const Membrane& membrane) {
-  Field areas(membrane.particles, 1);
+  std::vector<double> areas;
   for (const std::array<PetscInt, 3>& triangle : membrane.triangles) {
     const auto [e12, e13] = edges_of(membrane.rest.data(), triangle);
-    const double area = e12.cross(e13).norm() / 2;
-    for (const PetscInt corner : triangle) {
-      areas.values()(0, corner) += area / 3;
-    }
+    areas.push_back(e12.cross(e13).norm() / 2);
   }
-  // Local elements are all that an owned vertex belongs to; a ghost misses some.
-  areas.update_ghosts();
-  return {areas.data(), areas.data() + membrane.particles.local()};
+  return shared_by_corners(membrane, areas);
 }
 
 MeshRows rows_of(const Membrane& membrane, const Records& particles, const Records& elements) {
@@ -152,6 +155,11 @@ MeshRows rows_of(const Membrane& membrane, const Records& particles, const Recor
   rows.cell_data = elements;
   rows.lattice_data = Records(0, static_cast<PetscInt>(rows.cells.size()));
   return rows;
+}
+
+LoadedMembrane split(const Membrane& membrane, const SplitCorners& corners, const Records& particles,
+                     const Records& copies, const Records& elements, const SheetOptions& options) {
+  return make_membrane(membrane.comm(), split(rows_of(membrane, particles, elements), corners, copies), options);
 }
 
 Eigen::Matrix3Xd perturbed_positions(const Membrane& membrane, const SheetOptions& options) {

@@ -8,6 +8,7 @@
 
 #include "surface/mesh_rows.h"
 #include "surface/sheet_options.h"
+#include "surface/split_corners.h"
 #include "surface/surface.h"
 
 namespace pellicle::surface {
@@ -22,12 +23,6 @@ struct Membrane : Surface {
   Groups element_groups;  ///< local elements of groups, ascending; groups without any are left out
 };
 
-/// Distributes a triangle mesh over the ranks of `comm`, with one layer of overlap. Vertices and elements that are near
-/// each other on the surface get near numbers on a rank, whatever the order of the file; persistent ids are the file's.
-/// Collective.
-/// @param mesh checked triangles (see triangulated); only rank 0's is read
-Membrane make_membrane(MPI_Comm comm, const SurfaceMesh& mesh, const SheetOptions& options);
-
 /// A membrane with the data of its particles and elements.
 struct LoadedMembrane {
   Membrane membrane;
@@ -38,6 +33,14 @@ struct LoadedMembrane {
 /// Builds a membrane from rows that are distributed over the ranks in any way. Its numbers depend only on the
 /// triangles, their ids and their ranks. Collective.
 LoadedMembrane make_membrane(MPI_Comm comm, MeshRows rows, const SheetOptions& options);
+
+/// Distributes a triangle mesh over the ranks of `comm`, with one layer of overlap. Vertices and elements that are near
+/// each other on the surface get near numbers on a rank, whatever the order of the file; persistent ids are the file's.
+/// Collective.
+/// @param mesh checked triangles (see triangulated); only rank 0's is read
+inline Membrane make_membrane(MPI_Comm comm, const SurfaceMesh& mesh, const SheetOptions& options) {
+  return make_membrane(comm, rows_of(comm, mesh), options).membrane;
+}
 
 /// Sets the data of a membrane for burning: masses and edges. Collective.
 /// @param element_mass of the local elements [kg]
@@ -50,6 +53,10 @@ std::vector<double> vertex_areas(const Membrane& membrane);
 /// @param particles data of the owned particles
 /// @param elements data of the owned elements
 MeshRows rows_of(const Membrane& membrane, const Records& particles, const Records& elements);
+
+/// Splits corners, as of a sheet (surface/shell.h). Collective.
+LoadedMembrane split(const Membrane& membrane, const SplitCorners& corners, const Records& particles,
+                     const Records& copies, const Records& elements, const SheetOptions& options);
 
 /// Rest positions plus the initial noise, whose unit is the mean side of the triangles (surface/distribution.h).
 /// Collective.

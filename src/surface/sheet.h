@@ -1,5 +1,8 @@
 #pragma once
 
+#include <vector>
+
+#include "parallel/field.h"
 #include "surface/surface.h"
 
 namespace pellicle::surface {
@@ -12,14 +15,22 @@ namespace pellicle::surface {
 /// have later ids.
 struct Sheet : Surface {
   /// 2: the shell; 1: a net whose lattice points are at the mean of their cells' corners, without springs that act
-  /// (surface/one_layer.h). Its springs other than the blue ones only connect pieces and conduct heat.
+  /// (follow_corners). Its springs other than the blue ones only connect pieces and conduct heat.
   int layers = 2;
   PetscInt owned_corners = 0;     ///< particles [0, owned_corners) are corners; up to `particles.owned` lattice points
-  PetscInt global_corners = 0;    ///< corners of all ranks
   PetscInt first_lattice_id = 0;  ///< persistent id of the lattice point of the file's first cell
 
   /// Whether the springs of a colour act.
   bool acts(Colour colour) const { return layers == 2 || colour == Colour::blue; }
 };
+
+/// Mass that moves with each local particle of a sheet of one layer [kg]: for a corner its own and its fractions of the
+/// lattice points round it, which the remaining corners of a cell share; 0 for lattice points. Collective.
+/// @param mass ghosts up to date, (1 x local) [kg]
+std::vector<double> corner_masses(const Sheet& sheet, const Field& mass);
+
+/// Sets values at the lattice points of a sheet of one layer to the mean of their cells' corners. Not collective.
+/// @param values (3 x local), ghosts up to date before and after
+void follow_corners(const Sheet& sheet, Field& values);
 
 }  // namespace pellicle::surface

@@ -65,7 +65,8 @@ void add_corner_masses(Distribution& mesh) {
       mesh.data(corner).mass += mesh.data(cell).mass / 4;
     }
   }
-  mesh.update_data();
+  update_ghosts(mesh.cell_layout, mesh.rows.cells);
+  update_ghosts(mesh.vertex_layout, mesh.rows.vertices);
 }
 
 /// A spring found at a cell, before owned springs are sorted to the front. A spring at a side of two cells is found at
@@ -79,10 +80,10 @@ struct FoundSpring {
 
 /// Orders springs owned first, numbers them, and drops those that neither end at a particle of this rank, nor share one
 /// with an owned spring, nor lie in an owned cell. Collective.
-SpringSet make_spring_set(const std::vector<FoundSpring>& found, const Distribution& rows, const Sheet& sheet) {
+SpringSet make_spring_set(const std::vector<FoundSpring>& found, const Distribution& mesh, const Sheet& sheet) {
   SpringSet set;
   constexpr std::size_t springs_of_a_cell = 4;  // at most, of a colour
-  std::vector<std::array<PetscInt, springs_of_a_cell>> number(rows.cells(), {-1, -1, -1, -1});
+  std::vector<std::array<PetscInt, springs_of_a_cell>> number(mesh.cells(), {-1, -1, -1, -1});
   std::vector<bool> needed(sheet.particles.local(), false);
   std::fill_n(needed.begin(), sheet.particles.owned, true);
   const auto number_of = [&number](const FoundSpring& spring) -> PetscInt& {
@@ -97,7 +98,7 @@ SpringSet make_spring_set(const std::vector<FoundSpring>& found, const Distribut
   set.triangles.reserve(found.size());
   set.initial_length.reserve(found.size());
   for (const FoundSpring& spring : found) {
-    if (rows.is_owned(spring.cell)) {
+    if (mesh.is_owned(spring.cell)) {
       number_of(spring) = static_cast<PetscInt>(set.ends.size());
       add(spring);
       needed[spring.ends[0]] = true;
@@ -110,13 +111,13 @@ SpringSet make_spring_set(const std::vector<FoundSpring>& found, const Distribut
       n += n >= 0 ? set.layout.first : 0;
     }
   }
-  update_ghosts(rows.cell_layout(), number);
+  update_ghosts(mesh.cell_layout, number);
   for (const FoundSpring& spring : found) {
     const bool is_needed = needed[spring.ends[0]] || needed[spring.ends[1]] ||
                            std::any_of(spring.triangles.begin(), spring.triangles.end(), [&sheet](PetscInt triangle) {
                              return triangle >= 0 && triangle < 4 * sheet.elements.owned;
                            });
-    if (!rows.is_owned(spring.cell) && is_needed) {
+    if (!mesh.is_owned(spring.cell) && is_needed) {
       set.layout.ghost_global.push_back(number_of(spring));
       add(spring);
     }
@@ -124,8 +125,8 @@ SpringSet make_spring_set(const std::vector<FoundSpring>& found, const Distribut
   return set;
 }
 
-/// Makes particles, cells and springs. Collective. @param rows those of a sheet, with `shell_layers`
-LoadedSheet assembled(const Distribution& rows, const SheetIds& ids, const SheetOptions& options) {
+/// Makes particles, cells and springs. Collective. @param mesh that of a sheet, with `shell_layers`
+LoadedSheet assembled(const Distribution& mesh, const SheetIds& ids, const SheetOptions& options) {
   Sheet sheet;
   sheet.layers = options.layers;
   sheet.first_lattice_id = ids.first_lattice_id;
@@ -133,27 +134,27 @@ LoadedSheet assembled(const Distribution& rows, const SheetIds& ids, const Sheet
 
   // Particles: owned corners, owned lattice points, ghost corners, ghost lattice points.
   std::vector<PetscInt> points;  // cell or vertex of each local particle
-  std::vector<PetscInt> particle_of_point(rows.points(), -1);
+  std::vector<PetscInt> particle_of_point(mesh.points(), -1);
   for (const bool owned : {true, false}) {
     for (const bool is_lattice : {false, true}) {
-      const PetscInt end = is_lattice ? rows.cells() : rows.points();
-      for (PetscInt point = is_lattice ? 0 : rows.cells(); point < end; ++point) {
-        if (rows.is_owned(point) == owned) {
+      const PetscInt end = is_lattice ? mesh.cells() : mesh.points();
+      for (PetscInt point = is_lattice ? 0 : mesh.cells(); point < end; ++point) {
+        if (mesh.is_owned(point) == owned) {
           particle_of_point[point] = static_cast<PetscInt>(points.size());
           points.push_back(point);
           sheet.is_lattice.push_back(is_lattice);
-          sheet.initial_mass.push_back(rows.data(point).mass);
+          sheet.initial_mass.push_back(mesh.data(point).mass);
           sheet.owned_corners += owned && !is_lattice ? 1 : 0;
         }
       }
     }
   }
-  rows.fill(sheet, points);
+  mesh.fill(sheet, points);
 
   // Cells, in the order of the distribution, and the springs of each colour.
-  sheet.elements = rows.cell_layout();
+  sheet.elements = mesh.cell_layout;
   sheet.triangles_per_element = 4;
-  sheet.piece = rows.find_pieces(sheet.piece_is_closed);
+  sheet.piece = mesh.find_pieces(sheet.piece_is_closed);
   sheet.cell_count.assign(sheet.particles.owned, 0);
   sheet.triangles.reserve(4 * sheet.piece.size());
   std::array<std::vector<FoundSpring>, 4> found;
@@ -162,11 +163,10 @@ LoadedSheet assembled(const Distribution& rows, const SheetIds& ids, const Sheet
   green.reserve(2 * sheet.piece.size());
   blue.reserve(4 * sheet.piece.size());
   yellow.reserve(2 * sheet.piece.size());
-  const auto cells = numbers_up_to<PetscInt>(rows.cells());
-  for (const PetscInt cell : cells) {
+  for (PetscInt cell = 0; cell < mesh.cells(); ++cell) {
     const PetscInt lattice = particle_of_point[cell];
     const std::array<PetscInt, 4> triangles{4 * cell, 4 * cell + 1, 4 * cell + 2, 4 * cell + 3};
-    std::array<PetscInt, 4> corners = rows.corners<4>(cell);
+    std::array<PetscInt, 4> corners = mesh.corners<4>(cell);
     for (PetscInt& corner : corners) {
       corner = particle_of_point[corner];
       if (corner < sheet.owned_corners) {
@@ -177,11 +177,11 @@ LoadedSheet assembled(const Distribution& rows, const SheetIds& ids, const Sheet
       const PetscInt next = corners[(k + 1) % 4];
       sheet.triangles.push_back({corners[k], next, lattice});
       red.push_back({cell, k, {corners[k], lattice}, {triangles[k], triangles[(k + 3) % 4], -1, -1}});
-      const PetscInt opposite = rows.opposite()[triangles[k]];
+      const PetscInt opposite = mesh.opposite[triangles[k]];
       const PetscInt beyond = opposite / 4;
       if (opposite < 0) {
         blue.push_back({cell, k, {corners[k], next}, {triangles[k], -1, -1, -1}});
-      } else if (rows.data(beyond).id >= rows.data(cell).id) {
+      } else if (mesh.data(beyond).id >= mesh.data(cell).id) {
         blue.push_back({cell, k, {corners[k], next}, {triangles[k], opposite, -1, -1}});
         green.push_back({cell, k, {lattice, particle_of_point[beyond]}, {triangles[k], opposite, -1, -1}});
       }
@@ -190,14 +190,13 @@ LoadedSheet assembled(const Distribution& rows, const SheetIds& ids, const Sheet
     yellow.push_back({cell, 1, {corners[1], corners[3]}, triangles});
     sheet.cells.push_back(corners);
     sheet.lattice.push_back(lattice);
-    sheet.element_id.push_back(rows.data(cell).id - ids.first_lattice_id);
+    sheet.element_id.push_back(mesh.data(cell).id - ids.first_lattice_id);
     sheet.element_mass.push_back(2 * sheet.initial_mass[lattice]);
   }
-  sheet.global_corners = sum_over_ranks(rows.comm(), sheet.owned_corners);
   for (const Colour colour : all_colours) {
-    sheet.of(colour) = make_spring_set(found[static_cast<std::size_t>(colour)], rows, sheet);
+    sheet.of(colour) = make_spring_set(found[colour], mesh, sheet);
   }
-  return {std::move(sheet), rows.particle_data(points), rows.cell_data(cells)};
+  return {std::move(sheet), mesh.particle_data(points), mesh.rows.cell_data};
 }
 
 /// Sum of the undeformed lengths of the springs of a colour over all ranks [m]. Collective.
@@ -240,10 +239,6 @@ void require_lengths(const Sheet& sheet) {
 }
 
 }  // namespace
-
-Sheet make_sheet(MPI_Comm comm, const SurfaceMesh& mesh, const SheetOptions& options) {
-  return make_sheet(comm, rows_of(comm, mesh), options);
-}
 
 Sheet make_sheet(MPI_Comm comm, MeshRows mesh, const SheetOptions& options) {
   Distribution distribution(comm, std::move(mesh), shell_layers, Numbering::by_id_unless_scattered, options);
@@ -296,6 +291,41 @@ MeshRows rows_of_mesh(const Sheet& sheet) {
     vertex.mass = 0;
   }
   return rows;
+}
+
+LoadedSheet compact(const Sheet& sheet, const std::vector<bool>& kept, const Records& particles, const Records& cells,
+                    const SheetOptions& options) {
+  MeshRows rows = rows_of(sheet, kept, particles, cells);
+  const RankShares shares = shares_of_ranks(sheet.comm(), static_cast<double>(rows.cells.size()));
+  if (shares.imbalance > options.imbalance_limit) {
+    rows.part.clear();
+  }
+  return make_sheet(sheet.comm(), std::move(rows), {sheet.first_lattice_id, sheet.id_end}, options);
+}
+
+LoadedSheet spread(const Sheet& sheet, const std::vector<double>& load, const Records& particles, const Records& cells,
+                   const SheetOptions& options) {
+  std::vector<double> fraction = load;  // of each element at a particle
+  for (std::size_t i = 0; i < fraction.size(); ++i) {
+    fraction[i] /= std::max(sheet.cell_count[i], 1);
+  }
+  fraction.resize(sheet.particles.local());
+  update_ghosts(sheet.particles, fraction);
+  const auto of = [&fraction](PetscInt particle) { return fraction[particle]; };
+  MeshRows rows = rows_of(sheet, {}, particles, cells);
+  rows.part.clear();
+  for (std::size_t cell = 0; cell < rows.cells.size(); ++cell) {
+    const std::array<PetscInt, 4>& corners = sheet.cells[cell];
+    rows.load.push_back(std::accumulate(corners.begin(), corners.end(), of(sheet.lattice[cell]),
+                                        [&of](double sum, PetscInt corner) { return sum + of(corner); }));
+  }
+  return make_sheet(sheet.comm(), std::move(rows), {sheet.first_lattice_id, sheet.id_end}, options);
+}
+
+LoadedSheet split(const Sheet& sheet, const SplitCorners& corners, const Records& particles, const Records& copies,
+                  const Records& cells, const SheetOptions& options) {
+  return make_sheet(sheet.comm(), split(rows_of(sheet, {}, particles, cells), corners, copies),
+                    {sheet.first_lattice_id, corners.id_end}, options);
 }
 
 Eigen::Matrix3Xd perturbed_positions(const Sheet& sheet, const SheetOptions& options) {

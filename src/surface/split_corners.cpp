@@ -139,4 +139,20 @@ SplitCorners find_split_corners(const Surface& surface, const ActiveSet& active)
   return split;
 }
 
+MeshRows split(MeshRows rows, const SplitCorners& corners, const Records& copies) {
+  const std::size_t vertices = rows.vertices.size();
+  for (const SplitCorners::Copy& copy : corners.copies) {
+    MeshRows::Point row = rows.vertices[copy.original];
+    row.id = copy.id;
+    row.mass *= copy.fraction;
+    rows.vertices.push_back(row);
+  }
+  for (std::size_t vertex = 0; vertex < vertices; ++vertex) {
+    rows.vertices[vertex].mass *= corners.fraction[vertex];
+  }
+  rows.vertex_data.append(copies);
+  rows.cell_corners = corners.cell_corners;
+  return rows;
+}
+
 }  // namespace pellicle::surface

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "surface/active_set.h"
+#include "surface/mesh_rows.h"
 #include "surface/surface.h"
 
 namespace pellicle::surface {
@@ -28,5 +29,8 @@ struct SplitCorners {
 /// corners' ids and of the groups' lowest elements, so that they do not depend on the ranks. Masses are shared in
 /// proportion to those of the elements. Collective.
 SplitCorners find_split_corners(const Surface& surface, const ActiveSet& active);
+
+/// The rows of all elements of a surface with corners split. Not collective. @param copies data of the copies
+MeshRows split(MeshRows rows, const SplitCorners& corners, const Records& copies);
 
 }  // namespace pellicle::surface

@@ -11,7 +11,8 @@
 namespace pellicle::surface {
 
 /// The four sets of springs of the body-centred-square shell (burning paper, section 3.2), in the order of projection.
-enum class Colour { red = 0, green = 1, blue = 2, yellow = 3 };
+/// A colour is the place of its set in arrays.
+enum Colour : std::size_t { red = 0, green = 1, blue = 2, yellow = 3 };
 inline constexpr std::array<Colour, 4> all_colours{Colour::red, Colour::green, Colour::blue, Colour::yellow};
 inline constexpr std::array<const char*, 4> colour_names{"red", "green", "blue", "yellow"};
 
@@ -112,9 +113,14 @@ struct Surface {
   std::array<double, 3> point_shares() const {
     return has_quads() ? std::array{0.25, 0.25, 0.5} : std::array{1.0 / 3, 1.0 / 3, 1.0 / 3};
   }
-  SpringSet& of(Colour colour) { return springs[static_cast<std::size_t>(colour)]; }
-  const SpringSet& of(Colour colour) const { return springs[static_cast<std::size_t>(colour)]; }
+  SpringSet& of(Colour colour) { return springs[colour]; }
+  const SpringSet& of(Colour colour) const { return springs[colour]; }
 };
+
+/// Whether each local particle is in a named group of the mesh. Not collective.
+/// @param key of the option that names the group, "pins.rail.group"
+/// @throws Error that lists the mesh's groups, the same on every rank, if there is no such group
+std::vector<bool> members_of_group(const Surface& points, const std::string& key, const std::string& group);
 
 /// Planes of symmetry with a common point, and the particles of a surface in them.
 struct SymmetryPlanes {

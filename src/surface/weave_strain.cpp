@@ -25,24 +25,21 @@ WeaveStrain weave_strain(const Sheet& sheet, const Field& x, const std::array<st
     if (!sheet.acts(colour)) {
       continue;
     }
-    const auto index = static_cast<std::size_t>(colour);
     const SpringSet& springs = sheet.of(colour);
-    const std::vector<bool>& lives = active.springs[index];
-    double squares = 0;
     double sum = 0;
     for (PetscInt s = 0; s < springs.owned(); ++s) {
-      if (!lives[s]) {
+      if (!active.springs[colour][s]) {
         continue;
       }
       const auto [a, b] = springs.ends[s];
-      const double value = std::abs((x.vector(a) - x.vector(b)).norm() / target_length[index][s] - 1);
-      squares += value * value;
-      ++sums[4 + index];
-      if (bears[index][s]) {
+      const double value = std::abs((x.vector(a) - x.vector(b)).norm() / target_length[colour][s] - 1);
+      sums[colour] += value * value;
+      ++sums[4 + colour];
+      if (bears[colour][s]) {
         sum += value;
         ++sums[9];
       }
-      strain.largest_of[index] = std::max(strain.largest_of[index], value);
+      strain.largest_of[colour] = std::max(strain.largest_of[colour], value);
       if (is_of_weave(colour) && value >= strain.largest) {
         const auto [first, last] = std::minmax(sheet.persistent_id[a], sheet.persistent_id[b]);
         const Key own{first, last, static_cast<PetscInt>(colour)};
@@ -53,7 +50,6 @@ WeaveStrain weave_strain(const Sheet& sheet, const Field& x, const std::array<st
         }
       }
     }
-    sums[index] = squares;
     sums[8] += sum;
   }
   sums = sum_over_ranks(sheet.comm(), sums);
@@ -91,8 +87,8 @@ std::string words_of(double strain, const Eigen::Vector3d& place) {
 
 std::string beyond_limit(const WeaveStrain& strain, double limit) {
   return fmt::format("the {} spring of particles {} and {} is strained by {}, above project.strain_limit {}",
-                     colour_names[static_cast<std::size_t>(strain.colour)], strain.ids[0], strain.ids[1],
-                     words_of(strain.largest, strain.place), number_text(limit));
+                     colour_names[strain.colour], strain.ids[0], strain.ids[1], words_of(strain.largest, strain.place),
+                     number_text(limit));
 }
 
 }  // namespace pellicle::surface

@@ -79,7 +79,7 @@ class Chain {
   /// Writes a surface into the group of its object. @throws Error, on all ranks
   virtual void write_surface(Hdf5File& checkpoint, const std::string& group, const Surface& surface) const = 0;
 
-  /// Splits corners of a surface. @param particles, copies, elements data of these, see `split` of surface/compaction.h
+  /// Splits corners of a surface. @param particles, copies, elements data of these, see `split` of surface/shell.h
   virtual MovedSurface split(const Surface& surface, const SplitCorners& corners, const Records& particles,
                              const Records& copies, const Records& elements) const = 0;
   /// Removes empty elements from a surface; none: there are too few of them.

@@ -139,7 +139,7 @@ StageResult CombustionStage::begin(Step& step) {
   const bool is_whole = std::find(triangles.begin(), triangles.end(), false) == triangles.end();
   std::vector<bool> has_surface;
   if (on_any_rank(surface_.comm(), !is_whole)) {
-    has_surface = ablation_.particles_with_surface(fields_.active);
+    has_surface = particles_with_surface(surface_, fields_.active);
   }
   const BurnInput input{fields_.temperature, mass_loss_factor_, step.h, has_surface.empty() ? nullptr : &has_surface};
   fields_.mass_burnt += burn(fields_.mass, fields_.mass_change, surface_, input, options_.combustion);
@@ -152,7 +152,7 @@ void AblationStage::start() { fields_.pieces = initial_pieces(surface_); }
 StageResult AblationStage::begin(Step& step) {
   const auto timer = clock_.time("ablation");
   const double time = state_.time + step.h;
-  set_level(level_, surface_, fields_.mass, options_.ablation.loss_mass);
+  level_ = level_set(surface_, fields_.mass, options_.ablation.loss_mass, std::move(level_));
   const auto has_burnt = [this](PetscInt particle) { return level_[particle] < 0; };
   for (std::size_t t = 0; t < surface_.triangles.size(); ++t) {
     const auto& [a, b, c] = surface_.triangles[t];
@@ -161,7 +161,7 @@ StageResult AblationStage::begin(Step& step) {
       burn_time = time;
     }
   }
-  step.has_burnt = ablation_.burn_away(fields_.active, level_);
+  step.has_burnt = burn_away(surface_, options_.ablation.spring_rule, fields_.active, level_);
   if (step.has_burnt) {
     remove_bare_particles(time);
   }
@@ -170,7 +170,7 @@ StageResult AblationStage::begin(Step& step) {
 
 /// Removes the particles that have lost their last spring; pieces separate.
 void AblationStage::remove_bare_particles(double time) {
-  for (const PetscInt i : ablation_.bare_particles(fields_.active, fields_.mass)) {
+  for (const PetscInt i : bare_particles(surface_, fields_.active, fields_.mass)) {
     double& mass = fields_.mass.data()[i];
     fields_.mass_burnt += mass;
     fields_.heat_out += mass * options_.heat.capacity * fields_.temperature.data()[i];
@@ -218,7 +218,7 @@ StageResult CrackStage::end(Step& step) {
     ++fields_.cracked_sides;
     fields_.crack_length += surface_.of(Colour::blue).initial_length[side];
   }
-  step.has_cracked = ablation_.crack(fields_.active, sides);
+  step.has_cracked = crack(surface_, options_.ablation.spring_rule, fields_.active, sides);
   return {};
 }
 
@@ -300,7 +300,7 @@ FireFigures HeatBalanceStage::figures() const {
   const std::array<double, 7> sums =
       sum_over_ranks(surface_.comm(), std::array{mass, fields_.mass_burnt, content, fields_.heat_in, fields_.heat_out,
                                                  fields_.heat_made, fields_.heat_initial});
-  set_level(level_, surface_, fields_.mass, options_.ablation.loss_mass);
+  level_ = level_set(surface_, fields_.mass, options_.ablation.loss_mass, std::move(level_));
   const double hottest = largest_drawn(surface_, fields_.active, level_, fields_.temperature.data());
   return {sums[0], sums[1], sums[2], sums[3], sums[4], sums[5], sums[6], hottest};
 }

@@ -60,7 +60,6 @@ class CombustionStage : public FireStage {
   StageResult begin(Step& step) override;
 
  private:
-  Ablation ablation_{surface_, options_.ablation.spring_rule};
   std::vector<double> mass_loss_factor_;  ///< of the local particles, or empty
 };
 
@@ -70,14 +69,13 @@ class AblationStage : public FireStage {
   using FireStage::FireStage;
 
   void start() override;
-  void update_derived() override { ablation_.follow_triangles(fields_.active); }
+  void update_derived() override { follow_triangles(surface_, options_.ablation.spring_rule, fields_.active); }
   StageResult begin(Step& step) override;
   void draw(Picture& picture) const override;
 
  private:
   void remove_bare_particles(double time);
 
-  Ablation ablation_{surface_, options_.ablation.spring_rule};
   std::vector<double> level_;  ///< see level_set
 };
 
@@ -97,7 +95,6 @@ class CrackStage : public FireStage {
   /// Sides that have cracked and their undeformed length [m], of all ranks. Collective.
   std::array<double, 2> sums() const;
 
-  Ablation ablation_{surface_, options_.ablation.spring_rule};
   Cracks cracks_;
   MotionStage& motion_;
 };

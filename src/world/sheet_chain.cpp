@@ -8,7 +8,6 @@
 #include "ablation/ablation.h"
 #include "parallel/collective.h"
 #include "state/mesh_tables.h"
-#include "surface/compaction.h"
 #include "surface/shell.h"
 #include "world/chain.h"
 #include "world/fire_stages.h"

@@ -12,7 +12,6 @@
 #include "equilibrium/time_scheme.h"
 #include "io/console.h"
 #include "parallel/collective.h"
-#include "surface/one_layer.h"
 
 namespace pellicle::world {
 
@@ -33,12 +32,11 @@ double size_of(const Sheet& sheet) {
 
 /// (d - l)/l of the owned and ghost springs of a colour, d the present and l the target length; 0 of dead ones.
 std::vector<double> strains(const SpringSet& springs, const State& state, Colour colour) {
-  const auto index = static_cast<std::size_t>(colour);
   std::vector<double> result(springs.ends.size());
   for (std::size_t s = 0; s < springs.ends.size(); ++s) {
     const auto& [a, b] = springs.ends[s];
-    if (state.burning->active.springs[index][s]) {
-      result[s] = (state.position.vector(a) - state.position.vector(b)).norm() / state.target_length[index][s] - 1;
+    if (state.burning->active.springs[colour][s]) {
+      result[s] = (state.position.vector(a) - state.position.vector(b)).norm() / state.target_length[colour][s] - 1;
     }
   }
   return result;
@@ -52,10 +50,9 @@ std::vector<double> strains_of_particles(const Sheet& sheet, const State& state)
       continue;
     }
     const std::vector<double> strain = strains(sheet.of(colour), state, colour);
-    const std::vector<bool>& lives = state.burning->active.springs[static_cast<std::size_t>(colour)];
     for (PetscInt s = 0; s < sheet.of(colour).owned(); ++s) {
       for (const PetscInt end : sheet.of(colour).ends[s]) {
-        if (lives[s]) {
+        if (state.burning->active.springs[colour][s]) {
           sum.values().col(end) += Eigen::Vector2d(strain[s] * strain[s], 1);
         }
       }
@@ -78,7 +75,7 @@ void draw_springs(Picture& picture, const Sheet& sheet, const State& state, doub
   std::vector<double> spring_states;
   for (const Colour colour : all_colours) {
     const SpringSet& set = sheet.of(colour);
-    const std::vector<double>& lengths = state.target_length[static_cast<std::size_t>(colour)];
+    const std::vector<double>& lengths = state.target_length[colour];
     const std::vector<double> of_colour = strains(set, state, colour);
     strain.insert(strain.end(), of_colour.begin(), of_colour.begin() + set.owned());
     target_length.insert(target_length.end(), lengths.begin(), lengths.begin() + set.owned());

@@ -115,10 +115,9 @@ State::State(const Surface& surface, const Options& options, int chambers)
   } else {
     burning.emplace(*this, surface);
     for (const Colour colour : all_colours) {
-      const auto index = static_cast<std::size_t>(colour);
-      target_length[index] = surface.of(colour).initial_length;
-      declare({std::string("target_length_") + colour_names[index], "m", Item::spring, Drawn::no, true},
-              target_length[index]);
+      target_length[colour] = surface.of(colour).initial_length;
+      declare({std::string("target_length_") + colour_names[colour], "m", Item::spring, Drawn::no, true},
+              target_length[colour]);
     }
     record.setZero(5);
     record[0] = -1;

@@ -5,7 +5,6 @@
 
 #include "constraints/point_loads.h"
 #include "state/mesh_tables.h"
-#include "surface/compaction.h"
 #include "surface/membrane.h"
 #include "world/chain.h"
 #include "world/fire_stages.h"

@@ -144,12 +144,11 @@ TEST(Ablation, SpringsDieWithTheLastTriangleThatSharesThemOrHoldsAnEnd) {
   const Grid grid{6, 6};
   const Sheet sheet = shell_of(grid_mesh(6, 6, 1));
   ActiveSet active(sheet);
-  Ablation ablation(sheet);
   // An L of burnt points in the middle, of which cell (3, 3) is not part, and the whole cell at the lower right.
   const std::set<PetscInt> burnt{grid.vertex(2, 2),  grid.vertex(2, 3),  grid.vertex(3, 3),  grid.vertex(4, 3),
                                  grid.lattice(2, 2), grid.lattice(3, 2), grid.lattice(2, 3), grid.vertex(5, 0),
                                  grid.vertex(6, 0),  grid.vertex(6, 1),  grid.vertex(5, 1),  grid.lattice(5, 0)};
-  EXPECT_TRUE(ablation.burn_away(active, burnt_at(sheet, burnt)));
+  EXPECT_TRUE(burn_away(sheet, SpringRule::surface, active, burnt_at(sheet, burnt)));
   Dead dead;
   const PetscInt cell22 = 4 * grid.cell(2, 2);
   const PetscInt cell50 = 4 * grid.cell(5, 0);
@@ -171,15 +170,15 @@ TEST(Ablation, SpringsDieWithTheLastTriangleThatSharesThemOrHoldsAnEnd) {
   yellow = {{grid.vertex(5, 0), grid.vertex(6, 1)}, {grid.vertex(6, 0), grid.vertex(5, 1)}};
   expect_dead(sheet, active, dead);
 
-  EXPECT_FALSE(ablation.burn_away(active, burnt_at(sheet, burnt))) << "nothing more has burnt";
+  EXPECT_FALSE(burn_away(sheet, SpringRule::surface, active, burnt_at(sheet, burnt))) << "nothing more has burnt";
   // The corner of the sheet and the lattice point of its cell are constrained by nothing.
   Field mass = initial_masses(sheet);
-  const std::vector<PetscInt> bare = ablation.bare_particles(active, mass);
+  const std::vector<PetscInt> bare = bare_particles(sheet, active, mass);
   EXPECT_EQ(ids_of(sheet, bare), (std::vector<PetscInt>{grid.vertex(6, 0), grid.lattice(5, 0)}));
   for (const PetscInt i : bare) {
     mass.data()[i] = 0;
   }
-  EXPECT_EQ(ids_of(sheet, ablation.bare_particles(active, mass)), std::vector<PetscInt>{});
+  EXPECT_EQ(ids_of(sheet, bare_particles(sheet, active, mass)), std::vector<PetscInt>{});
   EXPECT_EQ(empty_ids(sheet, active), std::vector<PetscInt>{grid.lattice(5, 0)});
 }
 
@@ -187,7 +186,6 @@ TEST(Ablation, CellsAreEmptyWhenTheirTrianglesHaveDied) {
   const Grid grid{6, 6};
   const Sheet sheet = shell_of(grid_mesh(6, 6, 1));
   ActiveSet active(sheet);
-  Ablation ablation(sheet);
   std::set<PetscInt> burnt;
   for (int j = 1; j <= 4; ++j) {
     for (int i = 1; i <= 4; ++i) {
@@ -197,7 +195,7 @@ TEST(Ablation, CellsAreEmptyWhenTheirTrianglesHaveDied) {
       }
     }
   }
-  EXPECT_TRUE(ablation.burn_away(active, burnt_at(sheet, burnt)));
+  EXPECT_TRUE(burn_away(sheet, SpringRule::surface, active, burnt_at(sheet, burnt)));
   std::vector<PetscInt> empty;
   for (int j = 1; j <= 3; ++j) {
     for (int i = 1; i <= 3; ++i) {
@@ -207,7 +205,7 @@ TEST(Ablation, CellsAreEmptyWhenTheirTrianglesHaveDied) {
   EXPECT_EQ(empty_ids(sheet, active), empty);
   std::vector<PetscInt> bare{grid.vertex(2, 2), grid.vertex(3, 2), grid.vertex(2, 3), grid.vertex(3, 3)};
   bare.insert(bare.end(), empty.begin(), empty.end());
-  EXPECT_EQ(ids_of(sheet, ablation.bare_particles(active, initial_masses(sheet))), bare);
+  EXPECT_EQ(ids_of(sheet, bare_particles(sheet, active, initial_masses(sheet))), bare);
 }
 
 TEST(Ablation, WhatHasDiedStaysDead) {
@@ -216,7 +214,6 @@ TEST(Ablation, WhatHasDiedStaysDead) {
   const Sheet sheet = shell_of(grid_mesh(7, 5, 1));
   for (unsigned seed = 1; seed <= 5; ++seed) {
     ActiveSet active(sheet);
-    Ablation ablation(sheet);
     std::mt19937 random(seed);
     std::set<PetscInt> triangles;
     for (int step = 0; step < 6; ++step) {
@@ -236,7 +233,8 @@ TEST(Ablation, WhatHasDiedStaysDead) {
           }
         }
       }
-      const bool died = ablation.burn_away(active, level_by_id(sheet, [&level](PetscInt id) { return level[id]; }));
+      const bool died = burn_away(sheet, SpringRule::surface, active,
+                                  level_by_id(sheet, [&level](PetscInt id) { return level[id]; }));
       EXPECT_EQ(died, triangles.size() > before);
       expect_dead(sheet, active, grid.dead(triangles));
     }
@@ -249,7 +247,6 @@ TEST(Ablation, ACrackCutsTheSpringAcrossAndNothingElse) {
   // Every side between two cells, one at a time: the rank of its spring names it, and all ranks must see it.
   const Grid grid{4, 3};
   const Sheet sheet = shell_of(grid_mesh(4, 3, 1));
-  Ablation ablation(sheet);
   const auto sharing = grid.springs();
   const SpringSet& blue = sheet.of(Colour::blue);
   int inner = 0;
@@ -265,7 +262,7 @@ TEST(Ablation, ACrackCutsTheSpringAcrossAndNothingElse) {
       }
     }
     ActiveSet active(sheet);
-    EXPECT_TRUE(ablation.crack(active, sides));
+    EXPECT_TRUE(crack(sheet, SpringRule::surface, active, sides));
     Dead dead;
     for (const auto& [crossing, around] : sharing[1]) {
       if (around == triangles) {
@@ -279,29 +276,27 @@ TEST(Ablation, ACrackCutsTheSpringAcrossAndNothingElse) {
     }
     // It follows from the flags of the cells.
     std::fill(active.springs[1].begin(), active.springs[1].end(), true);
-    ablation.follow_triangles(active);
+    follow_triangles(sheet, SpringRule::surface, active);
     expect_dead(sheet, active, dead);
   }
   EXPECT_EQ(inner, 3 * 3 + 4 * 2);
   ActiveSet active(sheet);
-  EXPECT_FALSE(ablation.crack(active, {}));
+  EXPECT_FALSE(crack(sheet, SpringRule::surface, active, {}));
   expect_dead(sheet, active, {});
 }
 
 TEST(Ablation, EverythingMayBurn) {
   const Sheet sheet = shell_of(grid_mesh(5, 4, 1));
   ActiveSet active(sheet);
-  Ablation ablation(sheet);
   const std::vector<double> level(sheet.persistent_id.size(), -1e-9);
-  EXPECT_TRUE(ablation.burn_away(active, level));
+  EXPECT_TRUE(burn_away(sheet, SpringRule::surface, active, level));
   for (const std::vector<bool>& springs : active.springs) {
     EXPECT_EQ(std::count(springs.begin(), springs.end(), true), 0);
   }
   EXPECT_EQ(std::count(active.triangles.begin(), active.triangles.end(), true), 0);
   EXPECT_EQ(empty_ids(sheet, active).size(), 20U);
-  EXPECT_EQ(static_cast<PetscInt>(ablation.bare_particles(active, initial_masses(sheet)).size()),
-            sheet.particles.owned);
-  EXPECT_FALSE(ablation.burn_away(active, level));
+  EXPECT_EQ(static_cast<PetscInt>(bare_particles(sheet, active, initial_masses(sheet)).size()), sheet.particles.owned);
+  EXPECT_FALSE(burn_away(sheet, SpringRule::surface, active, level));
 }
 
 }  // namespace

@@ -178,9 +178,8 @@ TEST_F(CracksOfAWall, SpareWhatIsPinnedBurntOrCrackedAlready) {
 
 TEST_F(CracksOfAWall, AreKnownToBothElementsOnEveryRank) {
   set_stress(150, {1, 0, 0});
-  Ablation ablation(membrane_);
-  EXPECT_TRUE(ablation.crack(active_, own_cracks()));
-  EXPECT_FALSE(ablation.crack(active_, {}));
+  EXPECT_TRUE(crack(membrane_, SpringRule::surface, active_, own_cracks()));
+  EXPECT_FALSE(crack(membrane_, SpringRule::surface, active_, {}));
   for (std::size_t side = 0; side < active_.cracked.size(); ++side) {
     const auto x = [&](std::size_t k) { return membrane_.rest(0, membrane_.corner(side / 3, k)) / edge; };
     const bool along_y = std::abs(x(side % 3) - x(side % 3 + 1)) < 0.1;

@@ -289,7 +289,6 @@ TEST(CutSurface, AreaFollowsTheLevelWithoutJumps) {
   const int cells = 20;
   const double step = 0.05 / cells;
   const Sheet sheet = shell_of(grid_mesh(cells, cells, 1.0 / cells));
-  Ablation ablation(sheet);
   ActiveSet active(sheet);
   double before = 1;
   double largest = 0;
@@ -297,7 +296,7 @@ TEST(CutSurface, AreaFollowsTheLevelWithoutJumps) {
   for (double radius = 0.2; radius < 0.4; radius += step) {
     const std::vector<double> level =
         level_of(sheet, [radius](double x, double y) { return std::hypot(x - 0.47, y - 0.52) - radius; });
-    ablation.burn_away(active, level);
+    burn_away(sheet, SpringRule::surface, active, level);
     const double now = area(cut_surface(sheet, active, level), sheet.rest);
     EXPECT_DOUBLE_EQ(now, area(cut_surface(sheet, ActiveSet(sheet), level), sheet.rest))
         << "a triangle dies when nothing of it is drawn any more";

@@ -35,10 +35,9 @@ struct BurntSheet {
     for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
       mass.data()[i] = ratio(sheet.rest.col(i)) * sheet.initial_mass[i];
     }
-    Ablation ablation(sheet);
     const std::vector<double> level = level_set(sheet, mass, 0.5);
-    ablation.burn_away(active, level);
-    for (const PetscInt i : ablation.bare_particles(active, mass)) {
+    burn_away(sheet, SpringRule::surface, active, level);
+    for (const PetscInt i : bare_particles(sheet, active, mass)) {
       mass.data()[i] = 0;
     }
     mass.update_ghosts();

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "ablation/ablation.h"
-#include "surface/compaction.h"
+#include "surface/shell.h"
 #include "tests/ablation/sheets.h"
 #include "tests/support/balls.h"
 
@@ -21,24 +21,20 @@ namespace {
 class BurningRows {
  public:
   BurningRows(int nx, int ny)
-      : nx_(nx),
-        sheet_(shell_of(grid_mesh(nx, ny, 1))),
-        active_(sheet_),
-        ablation_(sheet_),
-        pieces_(initial_pieces(sheet_)) {}
+      : nx_(nx), sheet_(shell_of(grid_mesh(nx, ny, 1))), active_(sheet_), pieces_(initial_pieces(sheet_)) {}
 
   /// Burns everything from y = from to y = to, where vertices have whole y.
   void burn(double from, double to) { bands_.emplace_back(from, to); }
 
   /// Lets what has burnt die.
   void update(double time) {
-    ablation_.burn_away(active_, level_by_id(sheet_, [this](PetscInt id) {
-                          const double y = height(id);
-                          return std::any_of(bands_.begin(), bands_.end(),
-                                             [y](const auto& band) { return band.first <= y && y <= band.second; })
-                                     ? -1.0
-                                     : 1.0;
-                        }));
+    burn_away(sheet_, SpringRule::surface, active_, level_by_id(sheet_, [this](PetscInt id) {
+                const double y = height(id);
+                return std::any_of(bands_.begin(), bands_.end(),
+                                   [y](const auto& band) { return band.first <= y && y <= band.second; })
+                           ? -1.0
+                           : 1.0;
+              }));
     update_pieces(pieces_, sheet_, active_, time);
   }
 
@@ -72,7 +68,6 @@ class BurningRows {
   int nx_;
   Sheet sheet_;
   ActiveSet active_;
-  Ablation ablation_;
   Pieces pieces_;
   std::vector<std::pair<double, double>> bands_;
 };
@@ -168,7 +163,7 @@ class ScatteredFire {
   /// @param until by persistent id, when the points burn
   void update(const std::vector<double>& until, double time) {
     const auto level = [&until, time](PetscInt id) { return until[id] - time; };
-    if (Ablation(*sheet_).burn_away(active_, level_by_id(*sheet_, level))) {
+    if (burn_away(*sheet_, SpringRule::surface, active_, level_by_id(*sheet_, level))) {
       update_pieces(pieces_, *sheet_, active_, time);
     }
   }
@@ -196,7 +191,7 @@ class ScatteredFire {
     for (const Triangles& of_cell : compacted.cells.as<Triangles>()) {
       active_.triangles.insert(active_.triangles.end(), of_cell.begin(), of_cell.end());
     }
-    Ablation(*sheet_).follow_triangles(active_);
+    follow_triangles(*sheet_, SpringRule::surface, active_);
   }
 
   const Sheet& sheet() const { return *sheet_; }

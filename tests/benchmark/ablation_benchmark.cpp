@@ -28,7 +28,6 @@ struct BurningSquare {
   explicit BurningSquare(int cells_a_side)
       : sheet(make_sheet(PETSC_COMM_SELF, rectangle_mesh({cells_a_side, cells_a_side}, {1, 1}), {})),
         active(sheet),
-        ablation(sheet),
         pieces(initial_pieces(sheet)),
         mass(sheet.particles, 1) {
     burn(0);
@@ -43,11 +42,10 @@ struct BurningSquare {
     }
   }
 
-  bool burn_away() { return ablation.burn_away(active, level_set(sheet, mass, 0.5)); }
+  bool burn_away() { return pellicle::burn_away(sheet, SpringRule::surface, active, level_set(sheet, mass, 0.5)); }
 
   Sheet sheet;
   ActiveSet active;
-  Ablation ablation;
   Pieces pieces;
   Field mass;
 };
@@ -69,7 +67,7 @@ void front(benchmark::State& state, int cells_a_side) {
     square.burn(radius);
     state.ResumeTiming();
     if (square.burn_away()) {
-      benchmark::DoNotOptimize(square.ablation.bare_particles(square.active, square.mass));
+      benchmark::DoNotOptimize(bare_particles(square.sheet, square.active, square.mass));
       update_pieces(square.pieces, square.sheet, square.active, 1);
       ++eventful;
     }

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "surface/drawn_places.h"
+#include "surface/drawn_surface.h"
 #include "surface/shell.h"
 #include "tests/support/grid_mesh.h"
 

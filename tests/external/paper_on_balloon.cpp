@@ -4,7 +4,7 @@
 
 #include <mpi.h>
 #include <pellicle/base/error.h>
-#include <pellicle/parallel/field_vec.h>
+#include <pellicle/parallel/field.h>
 #include <pellicle/world/world.h>
 #include <petscvec.h>
 

@@ -137,7 +137,7 @@ TEST(Cotangent, EigenvaluesOfASphereConvergeAtSecondOrder) {
   std::vector<std::vector<double>> errors(harmonics.size());
   for (const int n : {8, 16, 32}) {
     const Sheet sheet = shell_of(cubed_sphere(n, radius), 0.01);
-    EXPECT_EQ(sheet.global_corners, 6 * n * n + 2);
+    EXPECT_EQ(sheet.particles.global - sheet.elements.global, 6 * n * n + 2);
     const DiffusionGraph graph = cotangent(sheet, rest_positions(sheet));
     for (std::size_t k = 0; k < harmonics.size(); ++k) {
       const Field field = field_of(sheet, [&](const Eigen::Vector3d& x) { return harmonics[k].value(x.normalized()); });

@@ -139,9 +139,9 @@ TEST_P(FrameWriterOnRanks, DrawsEachCellAndCountsEachPointOnce) {
   std::multiset<long> counted;
   for (vtkIdType point = 0; point < drawn->GetNumberOfPoints(); ++point) {
     const long id = static_cast<long>(ids->GetComponent(point, 0));
-    const bool centre = id >= sheet.global_corners;
+    const bool centre = id >= sheet.first_lattice_id;
     const double x =
-        centre ? static_cast<double>(id - sheet.global_corners) + 0.5 : static_cast<double>(id - id % 2) / 2;
+        centre ? static_cast<double>(id - sheet.first_lattice_id) + 0.5 : static_cast<double>(id - id % 2) / 2;
     const double y = centre ? 0.5 : static_cast<double>(id % 2);
     EXPECT_DOUBLE_EQ(drawn->GetPoint(point)[0], x);
     EXPECT_DOUBLE_EQ(drawn->GetPoint(point)[1], y);
@@ -161,7 +161,7 @@ TEST_P(FrameWriterOnRanks, DrawsEachCellAndCountsEachPointOnce) {
     }
   }
   std::multiset<long> every_point_once;
-  for (long id = 0; id < sheet.global_corners + cell_count; ++id) {
+  for (long id = 0; id < sheet.first_lattice_id + cell_count; ++id) {
     every_point_once.insert(id);
   }
   EXPECT_EQ(counted, every_point_once);

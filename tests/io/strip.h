@@ -88,8 +88,7 @@ inline Sheet make_strip(MPI_Comm comm, PetscInt cells, int empty = -1) {
   Sheet sheet;
   sheet.particles.comm = comm;
   sheet.elements.global = cells;
-  sheet.global_corners = 2 * (cells + 1);
-  sheet.first_lattice_id = sheet.global_corners;
+  sheet.first_lattice_id = 2 * (cells + 1);  // the number of corners
   const bool has_cells = end_cell > first_cell;
   std::vector<PetscInt> corners;  // persistent ids of the owned ones
   if (has_cells) {
@@ -100,10 +99,10 @@ inline Sheet make_strip(MPI_Comm comm, PetscInt cells, int empty = -1) {
   sheet.persistent_id = corners;
   sheet.owned_corners = static_cast<PetscInt>(corners.size());
   for (PetscInt cell = first_cell; cell < end_cell; ++cell) {
-    sheet.persistent_id.push_back(sheet.global_corners + cell);
+    sheet.persistent_id.push_back(sheet.first_lattice_id + cell);
   }
   sheet.particles.owned = static_cast<PetscInt>(sheet.persistent_id.size());
-  sheet.particles.global = sheet.global_corners + cells;
+  sheet.particles.global = sheet.first_lattice_id + cells;
   if (has_cells && !starts_strip) {
     for (const PetscInt ghost : {2 * first_cell, 2 * first_cell + 1}) {
       sheet.persistent_id.push_back(ghost);
@@ -123,10 +122,10 @@ inline Sheet make_strip(MPI_Comm comm, PetscInt cells, int empty = -1) {
   sheet.uv.resize(2, count);
   for (PetscInt i = 0; i < count; ++i) {
     const PetscInt id = sheet.persistent_id[i];
-    const bool lattice = id >= sheet.global_corners;
+    const bool lattice = id >= sheet.first_lattice_id;
     sheet.is_lattice.push_back(lattice);
     if (lattice) {
-      sheet.rest.col(i) << static_cast<double>(id - sheet.global_corners) + 0.5, 0.5, 0.1;
+      sheet.rest.col(i) << static_cast<double>(id - sheet.first_lattice_id) + 0.5, 0.5, 0.1;
     } else {
       sheet.rest.col(i) << static_cast<double>(id - id % 2) / 2, static_cast<double>(id % 2), 0;
     }
@@ -135,7 +134,7 @@ inline Sheet make_strip(MPI_Comm comm, PetscInt cells, int empty = -1) {
   for (PetscInt cell = first_cell; cell < end_cell; ++cell) {
     const std::array<PetscInt, 4> round{local(2 * cell), local(2 * cell + 2), local(2 * cell + 3), local(2 * cell + 1)};
     sheet.cells.push_back(round);
-    sheet.lattice.push_back(local(sheet.global_corners + cell));
+    sheet.lattice.push_back(local(sheet.first_lattice_id + cell));
     sheet.element_id.push_back(cell);
     sheet.of(Colour::red).ends.push_back({round[0], sheet.lattice.back()});
     sheet.of(Colour::blue).ends.push_back({round[0], round[1]});

@@ -31,7 +31,7 @@ inline Sheet hand_made_sheet(const Eigen::Matrix3Xd& rest,
   for (std::size_t i = 0; i < count; ++i) {
     sheet.persistent_id.push_back(static_cast<PetscInt>(i));
   }
-  sheet.owned_corners = sheet.global_corners = sheet.first_lattice_id = static_cast<PetscInt>(count);
+  sheet.owned_corners = sheet.first_lattice_id = static_cast<PetscInt>(count);
   for (const Colour colour : all_colours) {
     SpringSet& set = sheet.of(colour);
     if (springs.count(colour) > 0) {

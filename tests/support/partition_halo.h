@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "base/incidence.h"
 #include "parallel/partition.h"
-#include "surface/opposite_sides.h"
 #include "surface/shell.h"
 
 namespace pellicle {

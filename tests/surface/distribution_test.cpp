@@ -172,8 +172,8 @@ INSTANTIATE_TEST_SUITE_P(, DistributionTest, ::testing::Values(0, 1, 2),
 TEST_P(DistributionTest, HoldsItsCellsAndTheLayersRoundThem) {
   const Distribution mesh = distribution();
   const std::vector<PetscInt> cells = ids(mesh, 0, mesh.cells());
-  expect_the_same_items(mesh.cell_layout(), cells);
-  const auto ghost = cells.begin() + mesh.cell_layout().owned;
+  expect_the_same_items(mesh.cell_layout, cells);
+  const auto ghost = cells.begin() + mesh.cell_layout.owned;
   EXPECT_TRUE(std::is_sorted(cells.begin(), ghost));
   for (PetscInt cell = 0; cell < mesh.cells(); ++cell) {
     EXPECT_EQ(mesh.is_owned(cell), whole_.part[cell_of(cells[cell])] == rank_);
@@ -207,17 +207,17 @@ TEST_P(DistributionTest, KnowsCornersAndOppositeSides) {
       sides[{expected[k], expected[(k + 1) % 4]}].push_back(4 * cell + static_cast<PetscInt>(k));
     }
   }
-  ASSERT_EQ(mesh.opposite().size(), 4 * mesh.cells());
+  ASSERT_EQ(mesh.opposite.size(), 4 * mesh.cells());
   for (const auto& [ends, both] : sides) {
     ASSERT_LE(both.size(), 2U);
-    EXPECT_EQ(mesh.opposite()[both.front()], both.size() == 2 ? both.back() : -1);
-    EXPECT_EQ(mesh.opposite()[both.back()], both.size() == 2 ? both.front() : -1);
+    EXPECT_EQ(mesh.opposite[both.front()], both.size() == 2 ? both.back() : -1);
+    EXPECT_EQ(mesh.opposite[both.back()], both.size() == 2 ? both.front() : -1);
   }
 }
 
 TEST_P(DistributionTest, HasTheDataOfAllThatItHolds) {
   const Distribution mesh = distribution();
-  EXPECT_EQ(mesh.fields(), (std::vector<std::string>{"thickness", "density"}));
+  EXPECT_EQ(mesh.rows.fields, (std::vector<std::string>{"thickness", "density"}));
   std::vector<PetscInt> points;
   for (PetscInt point = mesh.points(); point-- > 0;) {
     points.push_back(point);
@@ -230,9 +230,9 @@ TEST_P(DistributionTest, HasTheDataOfAllThatItHolds) {
   }
   for (PetscInt cell = 0; cell < mesh.cells(); ++cell) {
     const PetscInt id = mesh.data(cell).id;
-    EXPECT_EQ(mesh.field_values(cell)[0], static_cast<double>(id) + 0.25);
-    EXPECT_EQ(mesh.field_values(cell)[1], static_cast<double>(id) + 0.5);
-    EXPECT_EQ(mesh.cell_data({cell}).as<PetscInt>(), (std::vector<PetscInt>{id, -id}));
+    EXPECT_EQ(mesh.rows.field_values[2 * cell + 0], static_cast<double>(id) + 0.25);
+    EXPECT_EQ(mesh.rows.field_values[2 * cell + 1], static_cast<double>(id) + 0.5);
+    EXPECT_EQ(mesh.rows.cell_data.of_items({cell}).as<PetscInt>(), (std::vector<PetscInt>{id, -id}));
   }
   const std::vector<PetscInt> data = mesh.particle_data(points).as<PetscInt>();
   ASSERT_EQ(data.size(), points.size());
@@ -247,7 +247,8 @@ TEST_P(DistributionTest, GivesChangedDataToTheGhosts) {
   for (PetscInt point = 0; point < mesh.points(); ++point) {
     mesh.data(point).mass = mesh.is_owned(point) ? 7.0 * static_cast<double>(mesh.data(point).id) : -1;
   }
-  mesh.update_data();
+  update_ghosts(mesh.cell_layout, mesh.rows.cells);
+  update_ghosts(mesh.vertex_layout, mesh.rows.vertices);
   for (PetscInt point = 0; point < mesh.points(); ++point) {
     EXPECT_EQ(mesh.data(point).mass, 7.0 * static_cast<double>(mesh.data(point).id));
   }
@@ -337,10 +338,10 @@ TEST_P(DistributionTest, TellsTheQualityOfThePartition) {
 /// Mean of how far apart the vertices of an owned cell are numbered.
 double spread_of(const Distribution& mesh) {
   double sum = 0;
-  for (PetscInt cell = 0; cell < mesh.cell_layout().owned; ++cell) {
+  for (PetscInt cell = 0; cell < mesh.cell_layout.owned; ++cell) {
     const std::array<PetscInt, 4> corners = mesh.corners<4>(cell);
     const auto [least, greatest] = std::minmax_element(corners.begin(), corners.end());
-    sum += static_cast<double>(*greatest - *least) / mesh.cell_layout().owned;
+    sum += static_cast<double>(*greatest - *least) / mesh.cell_layout.owned;
   }
   return sum;
 }
@@ -387,7 +388,7 @@ TEST(DistributionParts, AreRunsOfIdsForTheSimplePartitioner) {
     expected.insert(WholeMesh::cell_id(static_cast<std::size_t>(cell)));
   }
   std::set<PetscInt> own;
-  for (PetscInt cell = 0; cell < mesh.cell_layout().owned; ++cell) {
+  for (PetscInt cell = 0; cell < mesh.cell_layout.owned; ++cell) {
     own.insert(mesh.data(cell).id);
   }
   EXPECT_EQ(own, expected);
@@ -403,11 +404,11 @@ TEST(DistributionParts, ShareTheLoadsOfTheCellsToo) {
   }
   const Distribution mesh(PETSC_COMM_WORLD, std::move(rows), 1, Numbering::by_nearness, {});
   double load = 0;
-  for (PetscInt cell = 0; cell < mesh.cell_layout().owned; ++cell) {
+  for (PetscInt cell = 0; cell < mesh.cell_layout.owned; ++cell) {
     load += load_of(mesh.data(cell).id);
   }
   EXPECT_LT(shares_of_ranks(PETSC_COMM_WORLD, load).imbalance, 1.15);
-  EXPECT_LT(shares_of_ranks(PETSC_COMM_WORLD, static_cast<double>(mesh.cell_layout().owned)).imbalance, 1.15);
+  EXPECT_LT(shares_of_ranks(PETSC_COMM_WORLD, static_cast<double>(mesh.cell_layout.owned)).imbalance, 1.15);
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include "meshing/generators.h"
 #include "meshing/surface_mesh.h"
 #include "meshing/triangulation.h"
+#include "parallel/collective.h"
 #include "parallel/field.h"
 #include "tests/support/balls.h"
 
@@ -292,6 +293,16 @@ TEST_P(MembraneTest, InitialNoiseDependsOnIdsAlone) {
   for (PetscInt i = 0; i < membrane.particles.local(); ++i) {
     const PetscInt id = membrane.persistent_id[i];
     EXPECT_NEAR((positions.col(i) - position_of_id.at(id)).norm(), 0, 1e-14);
+  }
+}
+
+TEST(BurnableMembrane, MayHaveRanksWithoutElements) {
+  Membrane membrane = make_membrane(PETSC_COMM_WORLD, triangulated(rectangle_mesh({1, 1}, {1, 1})), {});
+  set_burnable(membrane, std::vector<double>(membrane.triangles.size(), 1.0));
+  for (const SpringSet& set : membrane.springs) {
+    const auto own = static_cast<PetscInt>(set.ends.size());
+    EXPECT_EQ(set.layout.owned, own);
+    EXPECT_EQ(set.layout.global, sum_over_ranks(PETSC_COMM_WORLD, own));
   }
 }
 

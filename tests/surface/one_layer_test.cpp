@@ -1,9 +1,8 @@
-#include "surface/one_layer.h"
-
 #include <gtest/gtest.h>
 
 #include <numeric>
 
+#include "surface/sheet.h"
 #include "surface/shell.h"
 #include "tests/support/by_id.h"
 #include "tests/support/grid_mesh.h"

@@ -38,7 +38,7 @@ TEST_P(Shell, CountsSpringsOfAGrid) {
   const int ny = 5;
   const Sheet sheet = make(grid_mesh(nx, ny, 0.25));
   EXPECT_EQ(sheet.elements.global, nx * ny);
-  EXPECT_EQ(sheet.global_corners, (nx + 1) * (ny + 1));
+  EXPECT_EQ(sheet.particles.global - sheet.elements.global, (nx + 1) * (ny + 1));
   EXPECT_EQ(sheet.particles.global, nx * ny + (nx + 1) * (ny + 1));
   EXPECT_EQ(sheet.of(Colour::red).layout.global, 4 * nx * ny);
   EXPECT_EQ(sheet.of(Colour::yellow).layout.global, 2 * nx * ny);

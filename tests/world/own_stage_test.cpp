@@ -8,7 +8,7 @@
 
 #include "meshing/closed_shapes.h"
 #include "parallel/collective.h"
-#include "parallel/field_vec.h"
+#include "parallel/field.h"
 #include "tests/support/alone.h"
 #include "tests/support/grid_mesh.h"
 #include "world/stage.h"

@@ -6,7 +6,7 @@
 #include "contact/body_contact.h"
 #include "geometry/deepest_point.h"
 #include "geometry/pi.h"
-#include "surface/drawn_places.h"
+#include "surface/drawn_surface.h"
 #include "tests/support/alone.h"
 #include "tests/support/grid_mesh.h"
 

@@ -1,4 +1,4 @@
-#include "surface/groups.h"
+#include "surface/surface.h"
 
 #include <fmt/format.h>
 

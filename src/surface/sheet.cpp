@@ -1,4 +1,4 @@
-#include "surface/one_layer.h"
+#include "surface/sheet.h"
 
 #include <algorithm>
 #include <array>
@@ -11,6 +11,7 @@ std::vector<double> corner_masses(const Sheet& sheet, const Field& mass) {
   const auto has_left = [&mass](PetscInt corner) { return mass.data()[corner] == 0; };
   for (std::size_t cell = 0; cell < sheet.cells.size(); ++cell) {
     const std::array<PetscInt, 4>& corners = sheet.cells[cell];
+    sum.data()[sheet.lattice[cell]] = 0;
     const auto left = std::count_if(corners.begin(), corners.end(), has_left);
     for (const PetscInt corner : corners) {
       if (!has_left(corner)) {
@@ -20,11 +21,7 @@ std::vector<double> corner_masses(const Sheet& sheet, const Field& mass) {
   }
   // All elements at an owned corner are local; a ghost misses some.
   sum.update_ghosts();
-  std::vector<double> result(sum.data(), sum.data() + sheet.particles.local());
-  for (std::size_t i = 0; i < result.size(); ++i) {
-    result[i] = sheet.is_lattice[i] ? 0 : result[i];
-  }
-  return result;
+  return {sum.data(), sum.data() + sheet.particles.local()};
 }
 
 void follow_corners(const Sheet& sheet, Field& values) {
