@@ -1,25 +1,42 @@
 #include "world/pressure_impulse.h"
 
+#include <memory>
+
 #include "parallel/collective.h"
 
 namespace pellicle::world {
 
-PressureImpulse::PressureImpulse(GasCoupling& gas, const Sheet& sheet, const Field& free,
-                                 const std::vector<double>& mass, const std::vector<bool>& constrained, double h)
-    : gas_(gas),
-      chambers_(gas.chambers()),
-      response_{chambers_.volumes(free), Eigen::VectorXd(chambers_.count())},
-      pressure_(chambers_.count()),
+PressureImpulse::PressureImpulse(const Sheet& sheet, const Chambers& chambers, const GasStep& gas_step,
+                                 const Field& start)
+    : sheet_(sheet),
+      chambers_(chambers),
+      gas_step_(gas_step),
+      start_(start),
+      end_(sheet.particles, 3),
+      pressure_(chambers.count()),
       velocity_(sheet.particles, 3) {
-  const PetscInt owned = sheet.particles.owned;
+  for (int chamber = 0; chamber < chambers.count(); ++chamber) {
+    moves_.emplace_back(sheet.particles, 3);
+  }
+  gas_ = std::make_shared<StepGas>(std::vector<StepGas::Part>{gas_part()});
+}
+
+void PressureImpulse::begin_step(double time, double h, const Field& free, const std::vector<double>& mass,
+                                 const std::vector<bool>& constrained) {
+  time_ = time;
+  h_ = h;
+  is_fixed_ = false;
+  gas_->begin_step(time);
+  response_ = {chambers_.volumes(free), Eigen::VectorXd(chambers_.count())};
+  const PetscInt owned = sheet_.particles.owned;
   for (int chamber = 0; chamber < chambers_.count(); ++chamber) {
-    Field& move = moves_.emplace_back(sheet.particles, 3);
+    Field& move = moves_[chamber];
     move.values().leftCols(owned) = chambers_.volume_gradient(chamber, free);
-    if (sheet.layers == 1) {
+    if (sheet_.layers == 1) {
       move.update_ghosts();
-      for (std::size_t cell = 0; cell < sheet.cells.size(); ++cell) {
-        for (const PetscInt corner : sheet.cells[cell]) {
-          move.vector(corner) += move.vector(sheet.lattice[cell]) / 4;
+      for (std::size_t cell = 0; cell < sheet_.cells.size(); ++cell) {
+        for (const PetscInt corner : sheet_.cells[cell]) {
+          move.vector(corner) += move.vector(sheet_.lattice[cell]) / 4;
         }
       }
     }
@@ -30,18 +47,18 @@ PressureImpulse::PressureImpulse(GasCoupling& gas, const Sheet& sheet, const Fie
       sum += h * gradient.dot(move.vector(i));
     }
     move.update_ghosts();
-    response_.compliance[chamber] = sum_over_ranks(sheet.comm(), sum);
+    response_.compliance[chamber] = sum_over_ranks(sheet_.comm(), sum);
   }
-  gas_.gas().set_response(gas_.number(), response_);
+  gas_->set_response(number_, response_);
 }
 
 void PressureImpulse::choose_pressures() {
   velocity_.values().setZero();
-  const Eigen::VectorXd& walls = gas_.gas().walls(gas_.number());
+  const Eigen::VectorXd& walls = gas_->walls(number_);
   for (int chamber = 0; chamber < chambers_.count(); ++chamber) {
     const double compliance = response_.compliance[chamber];
     if (!chambers_.prescribes_volume(chamber)) {
-      pressure_[chamber] = gas_.gas().states(gas_.number())[chamber].pressure;
+      pressure_[chamber] = gas_->states(number_)[chamber].pressure;
     } else {
       pressure_[chamber] = compliance > 0 ? (walls[chamber] - response_.walls[chamber]) / compliance : 0;
     }
@@ -51,13 +68,14 @@ void PressureImpulse::choose_pressures() {
 
 bool PressureImpulse::fix(const Field& end) {
   constexpr double negligible = 1e-9;  // of a volume
+  end_.values() = end.values();
   const Eigen::VectorXd walls = chambers_.volumes(end);
   const bool has_moved =
       !is_fixed_ || ((walls - response_.walls).array().abs() > negligible * walls.array().abs()).any();
   is_fixed_ = true;
   response_.walls = walls;
   response_.compliance.setZero();
-  gas_.gas().set_response(gas_.number(), response_);
+  gas_->set_response(number_, response_);
   return has_moved;
 }
 

@@ -69,7 +69,7 @@ class ProjectedMotion : public SheetMotion {
                   GasStage* gas);
 
   StepPart* part() override { return masses_ ? &*masses_ : nullptr; }
-  GasFilled* gas() override { return gas_coupling_ ? &*gas_coupling_ : nullptr; }
+  GasFilled* gas() override { return impulse_ ? &*impulse_ : nullptr; }
   void choose_pressures() override;
   StageResult move(bool& is_done) override;
   std::string start_fault() const override {
@@ -100,13 +100,11 @@ class ProjectedMotion : public SheetMotion {
   BodyCorrection bodies_;  ///< none if the forces of bodies are brought into balance
   SuccessiveProjection projection_;
   std::optional<MassPart> masses_;            ///< if the sheet touches itself or others
-  std::optional<GasCoupling> gas_coupling_;   ///< if the sheet has chambers
-  std::optional<PressureImpulse> impulse_;    ///< of the gas in the step in progress
+  std::optional<PressureImpulse> impulse_;    ///< of the gas, if the sheet has chambers
   std::array<std::vector<double>, 4> force_;  ///< of the owned springs in the last step, if anything asks for it [N]
   StageResult moved_;                         ///< of all projections of the step, with ||C|| at the end [m]
   int projections_ = 0;                       ///< so often has the sheet been projected again in the step, see move
   PetscInt contacts_ = 0;                     ///< particles of this rank that bodies hold
-  Field end_;                                 ///< of a sheet that gas pushes: where it has come to
   Eigen::Matrix3Xd free_position_;            ///< positions without springs, bodies and gas
   Eigen::Matrix3Xd free_velocity_;            ///< velocities without them
   std::optional<Field> spring_force_;         ///< see add_spring_forces; where pins move
@@ -129,16 +127,14 @@ ProjectedMotion::ProjectedMotion(const Sheet& sheet, const Options& options, Sta
                     present({body_contact_.get()}));
   }
   if (gas != nullptr) {
-    end_ = Field(sheet.particles, 3);
-    gas_coupling_.emplace(gas->chambers(), gas->step(), start_, end_);
-    gas->set_filled(*gas_coupling_);
+    impulse_.emplace(sheet, gas->chambers(), gas->step(), start_);
+    gas->set_filled(*impulse_);
   }
 }
 
 StageResult ProjectedMotion::begin_balance(Step& step) {
-  if (gas_coupling_) {
-    gas_coupling_->begin_step(state_.time + step.h, step.h);
-    impulse_.emplace(*gas_coupling_, sheet_, state_.position, mass_, constrained_, step.h);
+  if (impulse_) {
+    impulse_->begin_step(state_.time + step.h, step.h, state_.position, mass_, constrained_);
     free_position_ = state_.position.values();
     free_velocity_ = state_.velocity.values();
   }
@@ -162,7 +158,7 @@ StageResult ProjectedMotion::begin_balance(Step& step) {
 }
 
 /// Whether the sheet cannot be projected before the balance of the objects that its gas is linked to.
-bool ProjectedMotion::waits_for_gas() const { return impulse_ && !impulse_->is_fixed() && !gas_coupling_->is_alone(); }
+bool ProjectedMotion::waits_for_gas() const { return impulse_ && !impulse_->is_fixed() && !impulse_->is_alone(); }
 
 /// Lets contact move the sheet from these positions. In a shorter step it presses harder, as the projection does, which
 /// moves the sheet as far as in a longer one. Collective.
@@ -194,8 +190,7 @@ StageResult ProjectedMotion::move(bool& is_done) {
     return result;
   }
   if (impulse_) {  // Contact has moved the sheet since it was projected.
-    end_.values() = masses_->position().values();
-    is_done = !impulse_->fix(end_) || gas_coupling_->is_alone();
+    is_done = !impulse_->fix(masses_->position()) || impulse_->is_alone();
   }
   if (const std::optional<double> limit = options_.project.strain_limit; limit) {
     state_.position.values() = masses_->position().values();
@@ -230,10 +225,9 @@ StageResult ProjectedMotion::project(bool& is_done) {
   const StageResult result = moved_;
   moved_.iterations += iterations;
   if (impulse_ && moved_.converged) {
-    end_.values() = state_.position.values();
     // It has no stiffness that would answer a pressure in proportion: what it is joined to takes it where it is.
     impulse_->fix(state_.position);
-    is_done = gas_coupling_->is_alone();
+    is_done = impulse_->is_alone();
   }
   return result;
 }
@@ -272,8 +266,7 @@ StageResult ProjectedMotion::find_positions(Step& step) {
     return moved_;
   }
   if (impulse_) {
-    end_.values() = masses_->position().values();
-    impulse_->fix(end_);
+    impulse_->fix(masses_->position());
   }
   return take_positions(*masses_, step);
 }
