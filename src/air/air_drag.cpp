@@ -57,14 +57,6 @@ void AirDrag::begin_step(const AirInput& input) {
   }
 }
 
-void AirDrag::begin_step_within(const AirInput& input, const Field& acceleration, double reach) {
-  Field position(surface_.particles, 3);
-  Field velocity(surface_.particles, 3);
-  position.values() = input.position.values() + reach * input.velocity.values();
-  velocity.values() = input.velocity.values() + reach * acceleration.values();
-  begin_step({position, velocity, input.mass, input.active, input.time_end});
-}
-
 void AirDrag::accelerate(Field& velocity, const std::vector<double>& mass, double h) const {
   for (PetscInt i = 0; i < surface_.particles.owned; ++i) {
     const double m = mass[i];

@@ -9,7 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include "air/drag_potential.h"
 #include "combustion/combustion.h"
 #include "elastic/elastic_sheet.h"
 #include "elastic/spring_sheet.h"

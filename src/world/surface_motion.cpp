@@ -67,12 +67,18 @@ void SurfaceMotion::set_drag(double fraction) {
     return;
   }
   const double reach = fraction * h_;
-  const AirInput input{start_, start_velocity_, mass_, state_.active_triangles(), state_.time + reach};
-  if (integrator_.is_second_order()) {
-    air_->begin_step_within(input, *state_.acceleration, reach);
-  } else {
-    air_->begin_step(input);
+  const auto begin = [&](const Field& position, const Field& velocity) {
+    air_->begin_step({position, velocity, mass_, state_.active_triangles(), state_.time + reach});
+  };
+  if (!integrator_.is_second_order()) {
+    begin(start_, start_velocity_);
+    return;
   }
+  Field position(surface_.particles, 3);
+  Field velocity(surface_.particles, 3);
+  position.values() = start_.values() + reach * start_velocity_.values();
+  velocity.values() = start_velocity_.values() + reach * state_.acceleration->values();
+  begin(position, velocity);
 }
 
 Eigen::Matrix3Xd SurfaceMotion::gas_forces_at_start() {
