@@ -25,12 +25,9 @@ namespace pellicle::equilibrium {
 class StepGas {
  public:
   /// All must outlive it; positions are those that the parts go through.
-  struct Part {
-    std::string object;  ///< name by which links of other objects know the part
-    const Chambers* chambers = nullptr;
-    const GasStep* gas_step = nullptr;  ///< data of its gas, which may change between calls
-    const Field* start = nullptr;       ///< positions x^n at the start of the step [m]
-    const Field* position = nullptr;    ///< positions x of the iteration [m]
+  struct Part : FlowingGas::Object {
+    const Field* start = nullptr;     ///< positions x^n at the start of the step [m]
+    const Field* position = nullptr;  ///< positions x of the iteration [m]
     GasTangent tangent = GasTangent::exact;
     double force_scale = 0;  ///< StepPart::force_scale [N]
     /// Writes the positions at the end of the step, if forces are in balance at an earlier time; empty: the positions
@@ -108,13 +105,11 @@ class StepGas {
   };
 
   void evaluate();
-  std::vector<std::vector<GasState>> states_at(FlowingGas::Walls walls) const;
   void find_work();
   template <class Points>
   void integrate(const Points& points, bool over_volumes);
   Eigen::VectorXd swept_by_rest(Own& own, const Field& end, bool (Chambers::*is_one)(int) const);
   Eigen::VectorXd swept_by_caps(Own& own, const Field& end, const Eigen::VectorXd& walls);
-  double bordering_stiffness(const Own& own, int chamber) const;
 
   std::vector<Own> parts_;
   FlowingGas flow_;

@@ -22,7 +22,7 @@ class PressureImpulse : public GasFilled {
   PressureImpulse(const Sheet& sheet, const Chambers& chambers, const GasStep& gas_step, const Field& start);
 
   StepGas::Part gas_part() const override {
-    return {"", &chambers_, &gas_step_, &start_, &end_, GasTangent::exact, 0, {}, true};
+    return {{"", &chambers_, &gas_step_}, &start_, &end_, GasTangent::exact, 0, {}, true};
   }
   /// Begins the step of the gas. Collective. @param time at the end of the step [s] @param h its length [s]
   /// @param free positions to which velocities alone lead, ghosts up to date [m]

@@ -26,7 +26,7 @@ void SurfaceMotion::set_part(StepPart& part, const std::vector<double>& mass, st
                              std::function<void(Field&)> write_end, GasFilledPart::SetLoad set_load) {
   part_ = &part;
   if (gas_ != nullptr) {
-    StepGas::Part own{"", &gas_->chambers(), &gas_->step(), &start_, nullptr, options_.gas.tangent};
+    StepGas::Part own{{"", &gas_->chambers(), &gas_->step()}, &start_, nullptr, options_.gas.tangent};
     own.write_end = std::move(write_end);
     filled_.emplace(*part_, own, std::move(set_load));
     gas_->set_filled(*filled_);
