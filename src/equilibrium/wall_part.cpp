@@ -73,18 +73,13 @@ void WallPart::add_vertex_potentials() {
     potential = make_vertex_potential(vertices_, function);
     potentials_.push_back(potential.get());
   };
-  if (integrator_.is_static()) {
+  if (integrator_.is_static() || options_.inertia) {
     add(inertia_, [this](PetscInt i, const Eigen::Vector3d& x) {
-      constexpr double fraction = 1e-6;  // of the stiffness of the wall
-      const double stiffness = fraction * force_scale_ / length_scale_ * model_.mass[i] / total_mass_;
-      const Eigen::Vector3d away = x - start_.vector(i);
-      return PointPotential{stiffness / 2 * away.squaredNorm(), stiffness * away,
-                            stiffness * Eigen::Matrix3d::Identity()};
-    });
-  } else if (options_.inertia) {
-    add(inertia_, [this](PetscInt i, const Eigen::Vector3d& x) {
-      const double stiffness = model_.mass[i] * integrator_.inertia(h_);
-      const Eigen::Vector3d away = x - y_a_.col(i);
+      constexpr double fraction = 1e-6;  // of the stiffness of the wall, in statics
+      const double mass = model_.mass[i];
+      const double stiffness = integrator_.is_static() ? fraction * force_scale_ / length_scale_ * mass / total_mass_
+                                                       : mass * integrator_.inertia(h_);
+      const Eigen::Vector3d away = x - (integrator_.is_static() ? Eigen::Vector3d(start_.vector(i)) : y_a_.col(i));
       return PointPotential{stiffness / 2 * away.squaredNorm(), stiffness * away,
                             stiffness * Eigen::Matrix3d::Identity()};
     });
@@ -130,7 +125,7 @@ StepWork WallPart::work(const Field& end, const Field& start_velocity, const Eig
     }
     for (PetscInt i = 0; i < owned(); ++i) {
       if (pinned[i]) {
-        const double mass = options_.inertia && !integrator_.is_static() ? model_.mass[i] : 0;
+        const double mass = options_.inertia ? model_.mass[i] : 0;
         const Eigen::Vector3d inertia = mass / h_ * (moved.col(i) / h_ - start_velocity.vector(i));
         sums[2] += (inertia + gradient.col(i)).dot(moved.col(i));
       }
@@ -204,9 +199,8 @@ void WallPart::set_step(const Field& position, const StepStart& start, double fr
   start_.values() = position.values();
   const double own_place = position.values().cols() > 0 ? position.values().cwiseAbs().maxCoeff() : 0;
   const double place = max_over_ranks(comm(), own_place);
-  const bool has_inertia = options_.inertia && !integrator_.is_static();
   const auto vertices = static_cast<double>(vertices_.global);
-  const double inertia = has_inertia ? total_mass_ / vertices * integrator_.inertia(h_) : 0;
+  const double inertia = options_.inertia ? total_mass_ / vertices * integrator_.inertia(h_) : 0;
   rounding_of_inertia_ = 20 * std::numeric_limits<double>::epsilon() * std::sqrt(vertices) * inertia * place;
   wall_.set_thickness(start.thickness_ratio);
   model_.loads.set_time(time_);

@@ -168,16 +168,11 @@ Eigen::VectorXd Chambers::volumes(const Field& positions, const std::vector<int>
   return sum;
 }
 
-Eigen::SparseMatrix<double> Chambers::volume_gradients(const Field& positions) const {
-  return volume_gradients(positions, -1);
-}
-
 Eigen::Matrix3Xd Chambers::volume_gradient(int chamber, const Field& positions) const {
   const Eigen::VectorXd gradient = volume_gradients(positions, chamber).col(chamber);
   return gradient.reshaped(3, surface_->particles.owned);
 }
 
-/// dW/dx of one chamber, zeros for others. @param only number of the chamber, -1: of all
 Eigen::SparseMatrix<double> Chambers::volume_gradients(const Field& positions, int only) const {
   Eigen::SparseMatrix<double> gradients = no_gradients_;
   Eigen::Map<Eigen::Matrix3Xd> values(gradients.valuePtr(), 3, gradients.nonZeros() / 3);

@@ -121,7 +121,8 @@ class Chambers {
   Eigen::Matrix3Xd uneven_forces(const GasExchange& exchange, const Field& positions, const Eigen::Vector3d& gravity,
                                  double time) const;
   /// dW/dx = A n / 3 (eq. 15 without p) by the owned particles, a column a chamber, (3 owned x count) [m^2].
-  Eigen::SparseMatrix<double> volume_gradients(const Field& positions) const;
+  /// @param only the chamber besides which all columns are 0; -1: there is none
+  Eigen::SparseMatrix<double> volume_gradients(const Field& positions, int only = -1) const;
   /// dW/dx of one chamber (3 x owned) [m^2].
   Eigen::Matrix3Xd volume_gradient(int chamber, const Field& positions) const;
 
@@ -233,7 +234,6 @@ class Chambers {
                           int count) const;
   Eigen::VectorXd windings(int chamber, const Field& positions, const std::vector<int>& number_of_triangle,
                            int count) const;
-  Eigen::SparseMatrix<double> volume_gradients(const Field& positions, int only) const;
   void set_amounts();
   void find_joined();
   double pressure_outside(const GasExchange& exchange, const Vessels& vessels, int chamber,

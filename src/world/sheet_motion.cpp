@@ -439,10 +439,4 @@ std::vector<std::string> StrainStage::remarks() const {
   return {"largest strain of the net: " + words_of(record[0], record.segment<3>(1)) + ", " + time_text(record[4])};
 }
 
-std::unique_ptr<SheetMotion> make_sheet_motion(const Sheet& sheet, const Options& options, State& state,
-                                               StageClock& clock, Textures& textures, GasStage* gas) {
-  const auto make = options.dynamics == Dynamics::projection ? make_projected_motion : make_spring_motion;
-  return make(sheet, options, state, clock, textures, gas);
-}
-
 }  // namespace pellicle::world

@@ -136,14 +136,10 @@ class StrainStage : public Stage {
 
 // The motions of sheets. All must outlive them. Collective. @throws Error on textures and other input
 
-/// A sheet that is projected (burning paper, section 7.1): it moves by itself, out of bodies and pushed by its gas. One
-/// that touches itself or others is projected first, and the balance moves it as masses from there.
+/// A sheet that is projected (burning paper, section 7.1).
 std::unique_ptr<SheetMotion> make_projected_motion(const Sheet& sheet, const Options& options, State& state,
                                                    StageClock& clock, Textures& textures, GasStage* gas);
-/// A sheet of Hooke springs, or as a material (ElasticSheet).
-std::unique_ptr<SheetMotion> make_spring_motion(const Sheet& sheet, const Options& options, State& state,
-                                                StageClock& clock, Textures& textures, GasStage* gas);
-/// The motion that `dynamics` asks for.
+/// The motion that `dynamics` asks for: of a projected sheet, of one of Hooke springs, or as a material (ElasticSheet).
 std::unique_ptr<SheetMotion> make_sheet_motion(const Sheet& sheet, const Options& options, State& state,
                                                StageClock& clock, Textures& textures, GasStage* gas);
 

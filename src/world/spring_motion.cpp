@@ -97,9 +97,6 @@ class ElasticMotion : public SpringMotion {
 
  protected:
   StageResult begin_balance(Step& step) override;
-
- private:
-  double largest_excess_;  ///< see SpringSheet::largest_excess
 };
 
 }  // namespace
@@ -353,7 +350,6 @@ ElasticMotion::ElasticMotion(const Sheet& sheet, const Options& options, State& 
                                                      factors("sheet.shear_texture", material.shear_texture),
                                                      factors("sheet.bending_texture", material.bending_texture)},
                                      pins_.pinned(), pins_.clamped(), elastic_options(options), others()));
-  largest_excess_ = springs_->largest_excess();
 }
 
 void ElasticMotion::set_lengths() {
@@ -386,17 +382,20 @@ std::vector<std::string> ElasticMotion::first_remarks() const {
         stiffness_of(material).tensile[0], thickness, of_paper * thickness));
   }
   constexpr double worth_a_word = 1.05;
-  if (largest_excess_ > worth_a_word) {
+  if (const double excess = springs_->largest_excess(); excess > worth_a_word) {
     lines.push_back(
         fmt::format("some cells are so long that the sheet is {:.2g} times as stiff along them as asked for; expected "
                     "sides that differ by 1.7 at most",
-                    largest_excess_));
+                    excess));
   }
   return lines;
 }
 
-std::unique_ptr<SheetMotion> make_spring_motion(const Sheet& sheet, const Options& options, State& state,
-                                                StageClock& clock, Textures& textures, GasStage* gas) {
+std::unique_ptr<SheetMotion> make_sheet_motion(const Sheet& sheet, const Options& options, State& state,
+                                               StageClock& clock, Textures& textures, GasStage* gas) {
+  if (options.dynamics == Dynamics::projection) {
+    return make_projected_motion(sheet, options, state, clock, textures, gas);
+  }
   if (options.dynamics == Dynamics::spring) {
     return std::make_unique<SpringMotion>(sheet, options, state, clock, gas);
   }
