@@ -7,7 +7,6 @@
 #include <functional>
 #include <limits>
 #include <utility>
-#include <vector>
 
 #include "base/error.h"
 #include "linear/backtracking.h"

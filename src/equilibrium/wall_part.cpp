@@ -1,13 +1,11 @@
 #include "equilibrium/wall_part.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
 #include <utility>
 
-#include "base/error.h"
 #include "energies/vertex_potential.h"
 #include "parallel/collective.h"
 

@@ -1,11 +1,8 @@
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
 #include <cmath>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <utility>
 #include <vector>
 

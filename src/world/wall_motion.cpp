@@ -7,7 +7,6 @@
 #include <cmath>
 #include <utility>
 
-#include "base/error.h"
 #include "combustion/combustion.h"
 #include "energies/vertex_potential.h"
 #include "parallel/collective.h"
