@@ -8,9 +8,11 @@
 
 namespace pellicle::equilibrium {
 
-PathPart::PathPart(StepPart& part, Loads loads, const std::vector<double>& mass, double arc_length)
+PathPart::PathPart(StepPart& part, std::function<void(double)> set_time, const Pins& pins,
+                   const std::vector<double>& mass, double arc_length)
     : ExtendedPart(part),
-      loads_(std::move(loads)),
+      set_time_(std::move(set_time)),
+      pins_(pins),
       mass_(mass),
       arc_length_(arc_length),
       direction_(part.vertices(), 3),
@@ -64,10 +66,10 @@ double PathPart::along_path() const {
 
 bool PathPart::move_to(const Field& position, const Eigen::VectorXd& own) {
   if (std::exchange(time_, own[0]) != own[0]) {
-    loads_.set_time(time_);
+    set_time_(time_);
   }
   position_.values() = position.values();
-  loads_.move_pinned(position_, time_);
+  pins_.impose(position_, time_);
   return part_.move_to(position_, {});
 }
 

@@ -97,12 +97,12 @@ double WallPart::work_of(const Potential& potential, const Field& end) const {
   return -gradient.cwiseProduct((end.values() - start_.values()).leftCols(owned())).sum();
 }
 
-StepWork WallPart::work(const Field& end, const Field& start_velocity, const Eigen::Matrix3Xd* of_gas) {
+StepWork WallPart::work(const Field& end, const Field& start_velocity, const Eigen::Matrix3Xd& of_gas) {
   const Eigen::Matrix3Xd moved = (end.values() - start_.values()).leftCols(owned());
   std::array<double, 6> sums{work_of(*weight_, end),
                              work_of(damping_, end),
                              0,
-                             of_gas != nullptr ? of_gas->cwiseProduct(moved).sum() : 0,
+                             of_gas.size() > 0 ? of_gas.cwiseProduct(moved).sum() : 0,
                              loads_ != nullptr ? work_of(*loads_, end) : 0,
                              model_.bodies != nullptr ? work_of(*model_.bodies, end) : 0};
   // The work on constrained vertices that no other force does is done by the pins.
@@ -113,8 +113,8 @@ StepWork WallPart::work(const Field& end, const Field& start_velocity, const Eig
   }
   if (on_any_rank(comm(), leads)) {
     Eigen::Matrix3Xd gradient = Eigen::Matrix3Xd::Zero(3, owned());
-    if (of_gas != nullptr) {
-      gradient -= *of_gas;
+    if (of_gas.size() > 0) {
+      gradient -= of_gas;
     }
     for (const Potential* potential : potentials_) {
       if (potential != inertia_.get()) {

@@ -80,8 +80,8 @@ class WallPart : public PartOfPotentials {
   Eigen::Matrix3Xd forces_at(const Field& position, const StepStart& start);
 
   /// Work in a step to `end` by the forces at their balance. Collective.
-  /// @param start_velocity v^n [m/s] @param of_gas forces of the gas on the owned vertices; null: there is none [N]
-  StepWork work(const Field& end, const Field& start_velocity, const Eigen::Matrix3Xd* of_gas);
+  /// @param start_velocity v^n [m/s] @param of_gas forces of the gas on the owned vertices; empty: there is none [N]
+  StepWork work(const Field& end, const Field& start_velocity, const Eigen::Matrix3Xd& of_gas);
   /// This rank's fraction of the work of one potential [J]. Collective.
   double work_of(const Potential& potential, const Field& end) const;
 

@@ -163,7 +163,9 @@ Eigen::VectorXd Chambers::volumes(const Field& positions, const std::vector<int>
                                            [this](const auto& a, const auto& b, const auto& c) {
                                              return enclosed_volume(a - origin_, b - origin_, c - origin_);
                                            });
-  rims.add_volumes(positions, sum);
+  for (const Rims::Cap& cap : rims.caps(positions)) {
+    sum[cap.chamber] += cap.volume;
+  }
   return sum;
 }
 

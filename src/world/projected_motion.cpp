@@ -14,7 +14,6 @@
 #include "io/texture.h"
 #include "parallel/collective.h"
 #include "projection/successive_projection.h"
-#include "world/pressure_impulse.h"
 #include "world/sheet_motion.h"
 
 namespace pellicle::world {
@@ -59,6 +58,55 @@ void require_threshold(const Sheet& sheet, const ProjectOptions& options) {
                 " m, a hundredth of the norm of all springs' lengths, or project.strain_limit");
   }
 }
+
+/// The gas in a projected sheet in a step, its own or one with that in chambers of other objects: h W g p is added to
+/// the sheet's velocities before the projection, with the volume's gradient g, the inverse masses W of the particles
+/// that are not constrained, and the pressure p.
+///
+/// The pressure is that of the law at the volume to which it would push the sheet if that had no springs, whose
+/// response is known (h^2 g.W g): projected springs have no stiffness that would answer a pressure in proportion.
+/// Chambers of other objects that are linked to the gas see the volume as the projection has left it. In a sheet of one
+/// layer the forces on the centres of cells act on the corners of the cells.
+class PressureImpulse : public GasFilled {
+ public:
+  /// All must outlive it. @param start positions at the beginning of a step
+  PressureImpulse(const Sheet& sheet, const Chambers& chambers, const GasStep& gas_step, const Field& start);
+
+  StepGas::Part gas_part() const override {
+    return {{"", &chambers_, &gas_step_}, &start_, &end_, GasTangent::exact, 0, {}, true};
+  }
+  /// Begins the step of the gas. Collective. @param time at the end of the step [s] @param h its length [s]
+  /// @param free positions to which velocities alone lead, ghosts up to date [m]
+  /// @param mass of the local particles, of those that move [kg] @param constrained local particles that nothing moves
+  void begin_step(double time, double h, const Field& free, const std::vector<double>& mass,
+                  const std::vector<bool>& constrained);
+
+  /// Finds the pressures of the gas from the present state of all objects that are linked to it. Collective.
+  void choose_pressures();
+  /// Velocities that the pressures add to the local particles, (3 x local) [m/s].
+  const Field& velocity() const { return velocity_; }
+  /// Pressure of each chamber [Pa].
+  const Eigen::VectorXd& pressure() const { return pressure_; }
+
+  /// The sheet stays at these positions for the rest of the step, whatever the pressure. Collective. @returns whether
+  /// the volumes differ from those where it has settled before, or it had not
+  bool fix(const Field& end);
+  bool is_fixed() const { return is_fixed_; }
+  /// Whether the gas is that of this sheet alone, not linked to other objects.
+  bool is_alone() const { return gas_->parts() == 1; }
+
+ private:
+  const Sheet& sheet_;
+  const Chambers& chambers_;
+  const GasStep& gas_step_;
+  const Field& start_;
+  Field end_;  ///< where the sheet has come to
+  bool is_fixed_ = false;
+  std::vector<Field> moves_;       ///< h W g of each chamber, (3 x local) [m/(s Pa)]
+  FlowingGas::Response response_;  ///< as far as known
+  Eigen::VectorXd pressure_;       ///< [Pa]
+  Field velocity_;
+};
 
 /// The motion of a sheet that is projected (burning paper, section 7.1): it moves by itself, out of bodies and pushed
 /// by its gas. A sheet that touches itself or others is projected first, and the balance moves it as masses from there.
@@ -111,6 +159,79 @@ class ProjectedMotion : public SheetMotion {
 };
 
 }  // namespace
+
+PressureImpulse::PressureImpulse(const Sheet& sheet, const Chambers& chambers, const GasStep& gas_step,
+                                 const Field& start)
+    : sheet_(sheet),
+      chambers_(chambers),
+      gas_step_(gas_step),
+      start_(start),
+      end_(sheet.particles, 3),
+      pressure_(chambers.count()),
+      velocity_(sheet.particles, 3) {
+  for (int chamber = 0; chamber < chambers.count(); ++chamber) {
+    moves_.emplace_back(sheet.particles, 3);
+  }
+  gas_ = std::make_shared<StepGas>(std::vector<StepGas::Part>{gas_part()});
+}
+
+void PressureImpulse::begin_step(double time, double h, const Field& free, const std::vector<double>& mass,
+                                 const std::vector<bool>& constrained) {
+  time_ = time;
+  h_ = h;
+  is_fixed_ = false;
+  gas_->begin_step(time);
+  response_ = {chambers_.volumes(free), Eigen::VectorXd(chambers_.count())};
+  const PetscInt owned = sheet_.particles.owned;
+  for (int chamber = 0; chamber < chambers_.count(); ++chamber) {
+    Field& move = moves_[chamber];
+    move.values().leftCols(owned) = chambers_.volume_gradient(chamber, free);
+    if (sheet_.layers == 1) {
+      move.update_ghosts();
+      for (std::size_t cell = 0; cell < sheet_.cells.size(); ++cell) {
+        for (const PetscInt corner : sheet_.cells[cell]) {
+          move.vector(corner) += move.vector(sheet_.lattice[cell]) / 4;
+        }
+      }
+    }
+    double sum = 0;
+    for (PetscInt i = 0; i < owned; ++i) {
+      const Eigen::Vector3d gradient = move.vector(i);
+      move.vector(i) *= constrained[i] ? 0 : h / mass[i];
+      sum += h * gradient.dot(move.vector(i));
+    }
+    move.update_ghosts();
+    response_.compliance[chamber] = sum_over_ranks(sheet_.comm(), sum);
+  }
+  gas_->set_response(number_, response_);
+}
+
+void PressureImpulse::choose_pressures() {
+  velocity_.values().setZero();
+  const Eigen::VectorXd& walls = gas_->walls(number_);
+  for (int chamber = 0; chamber < chambers_.count(); ++chamber) {
+    const double compliance = response_.compliance[chamber];
+    if (!chambers_.prescribes_volume(chamber)) {
+      pressure_[chamber] = gas_->states(number_)[chamber].pressure;
+    } else {
+      pressure_[chamber] = compliance > 0 ? (walls[chamber] - response_.walls[chamber]) / compliance : 0;
+    }
+    velocity_.values() += pressure_[chamber] * moves_[chamber].values();
+  }
+}
+
+bool PressureImpulse::fix(const Field& end) {
+  constexpr double negligible = 1e-9;  // of a volume
+  end_.values() = end.values();
+  const Eigen::VectorXd walls = chambers_.volumes(end);
+  const bool has_moved =
+      !is_fixed_ || ((walls - response_.walls).array().abs() > negligible * walls.array().abs()).any();
+  is_fixed_ = true;
+  response_.walls = walls;
+  response_.compliance.setZero();
+  gas_->set_response(number_, response_);
+  return has_moved;
+}
 
 ProjectedMotion::ProjectedMotion(const Sheet& sheet, const Options& options, State& state, StageClock& clock,
                                  Textures& textures, GasStage* gas)
@@ -168,7 +289,7 @@ void ProjectedMotion::begin_masses(const Field& positions) {
   if (body_contact_ != nullptr) {
     body_contact_->set_stiffness(stiffness_);
   }
-  begin_bodies();
+  begin_bodies(end_of_loads(), h_);
   masses_->begin(positions, {mass_, constrained_, start_, h_});
 }
 

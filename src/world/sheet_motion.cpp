@@ -212,11 +212,10 @@ void SheetMotion::push_by_weights_of_gas() {
   }
 }
 
-void SheetMotion::begin_bodies() {
+void SheetMotion::begin_bodies(double time, double h) {
   if (body_contact_ != nullptr) {
-    const double fraction = integrator_.fraction();
     body_contact_->set_surface(constrained_, state_.active_triangles());
-    body_contact_->begin_step(start_, state_.time_of_loads() + fraction * integrator_.load_step(h_), fraction * h_);
+    body_contact_->begin_step(start_, time, h);
   }
 }
 

@@ -66,8 +66,8 @@ class SheetMotion : public SurfaceMotion {
   /// Finds velocities from the positions at the end of the step (eq. 13 and 15), and the loads on bodies.
   virtual void find_velocities(Step& step);
 
-  /// Begins the step of bodies whose pressing is balanced.
-  void begin_bodies();
+  /// Begins the step of bodies whose pressing is balanced, at a time [s], after h [s].
+  void begin_bodies(double time, double h);
   StageResult take_positions(const StepPart& part, Step& step);
   /// Forces of a potential on the owned particles, kept until the next call [N].
   const Eigen::Matrix3Xd& forces_of(const Potential& potential);

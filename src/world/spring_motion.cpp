@@ -218,10 +218,7 @@ void SpringMotion::begin_acceleration() {
   state_.acceleration->values().setZero();
   set_drag(0);
   set_burnt();
-  if (body_contact_ != nullptr) {
-    body_contact_->set_surface(constrained_, state_.active_triangles());
-    body_contact_->begin_step(start_, state_.time, h_);
-  }
+  begin_bodies(state_.time, h_);
   pull_ = integrator_.inertia(h_);
   springs_->begin(start_, input(h_));
   springs_->move_to(start_, {});  // Contact may have moved it.
@@ -252,7 +249,8 @@ StageResult SpringMotion::begin_balance(Step& step) {
     holding_.assign(mass_.size(), springs_->holding_stiffness() * h_ * h_);
   }
   const auto timer = clock_.time("projection");
-  begin_bodies();
+  const double fraction = integrator_.fraction();
+  begin_bodies(state_.time_of_loads() + fraction * integrator_.load_step(h_), fraction * h_);
   springs_->begin(state_.position, input(step.h));
   begin_gas_and_path(end_of_loads() - (1 - integrator_.fraction()) * step.h);
   return {};

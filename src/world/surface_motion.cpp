@@ -33,15 +33,13 @@ void SurfaceMotion::set_part(StepPart& part, const std::vector<double>& mass, st
     part_ = &*filled_;
   }
   if (integrator_.arc_length()) {
-    PathPart::Loads loads;
-    loads.set_time = [this, set_time = std::move(set_time)](double time) {
+    const auto set_time_of_all = [this, set_time = std::move(set_time)](double time) {
       set_time(time);
       if (filled_) {
         filled_->set_time(time);
       }
     };
-    loads.move_pinned = [this](Field& position, double time) { pins_.impose(position, time); };
-    path_.emplace(*part_, std::move(loads), mass, *integrator_.arc_length());
+    path_.emplace(*part_, set_time_of_all, pins_, mass, *integrator_.arc_length());
     part_ = &*path_;
   }
 }

@@ -186,11 +186,8 @@ StageResult WallMotion::take_balance(Step& step) {
 
 /// Adds the works of the step, by the forces with which it is in balance. Collective.
 void WallMotion::add_work() {
-  std::optional<Eigen::Matrix3Xd> of_gas;
-  if (filled_) {
-    of_gas = filled_->pressure_forces();
-  }
-  const StepWork work = wall_part_->work(state_.position, start_velocity_, of_gas ? &*of_gas : nullptr);
+  const Eigen::Matrix3Xd of_gas = filled_ ? filled_->pressure_forces() : Eigen::Matrix3Xd();
+  const StepWork work = wall_part_->work(state_.position, start_velocity_, of_gas);
   std::array<double, 2> of_others{drag_ != nullptr ? wall_part_->work_of(*drag_, state_.position) : 0,
                                   buoyancy_ != nullptr ? wall_part_->work_of(*buoyancy_, state_.position) : 0};
   of_others = sum_over_ranks(membrane_.comm(), of_others);
