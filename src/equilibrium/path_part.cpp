@@ -73,10 +73,6 @@ bool PathPart::move_to(const Field& position, const Eigen::VectorXd& own) {
   return part_.move_to(position_, {});
 }
 
-Eigen::VectorXd PathPart::own_rows() const {
-  return Eigen::VectorXd::Constant(1, force_scale() / length_scale() * (along_path() - length_));
-}
-
 Eigen::VectorXd PathPart::load_rate() {
   Field here(vertices(), 3);
   here.values() = position().values();

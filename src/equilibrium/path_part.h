@@ -33,7 +33,9 @@ class PathPart : public ExtendedPart {
 
   bool move_to(const Field& position, const Eigen::VectorXd& own) override;
   Eigen::VectorXd own_unknowns() const override { return Eigen::VectorXd::Constant(1, time_); }
-  Eigen::VectorXd own_rows() const override;
+  Eigen::VectorXd own_rows() const override {
+    return Eigen::VectorXd::Constant(1, force_scale() / length_scale() * (along_path() - length_));
+  }
   /// One column more than the part, for the additional row.
   int columns() const override { return part_.columns() + 1; }
   LowRank dense_tangent() override;

@@ -152,10 +152,6 @@ void Chambers::require_closed(int chamber, const Field& rest, const Projectors& 
   }
 }
 
-Eigen::VectorXd Chambers::volumes(const Field& positions) const {
-  return volumes(positions, chamber_of_triangle_, rims_, count());
-}
-
 /// Volumes that triangles and rims enclose [m^3]. Collective. @param chamber_of_triangle below the count, -1: none
 Eigen::VectorXd Chambers::volumes(const Field& positions, const std::vector<int>& chamber_of_triangle, const Rims& rims,
                                   int count) const {

@@ -112,7 +112,9 @@ class Chambers {
   double initial_volume(int chamber) const { return of(chamber).initial_volume; }
   /// W of all chambers (eq. 13), summed over the ranks [m^3]. Collective.
   /// @param positions [m], ghosts up to date
-  Eigen::VectorXd volumes(const Field& positions) const;
+  Eigen::VectorXd volumes(const Field& positions) const {
+    return volumes(positions, chamber_of_triangle_, rims_, count());
+  }
   /// Forces on walls by the weights of gas and air and by jets, in addition to even pressures (3 x owned) [N]. The
   /// pressure at x is (rho - rho_outside) g.(x - x_0), with the middle x_0 of the wall; its sum is minus the lift, (rho
   /// - rho_outside) V g. Jets push the rims (jet_thrust), except for the part that the pressure on a wall with holes

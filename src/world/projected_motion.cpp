@@ -139,7 +139,8 @@ class ProjectedMotion : public SheetMotion {
   std::string body_fault(const Step& step) const override { return bodies_.fault(step.loads); }
 
  private:
-  bool waits_for_gas() const;
+  /// Whether the sheet cannot be projected before the balance of the objects that its gas is linked to.
+  bool waits_for_gas() const { return impulse_ && !impulse_->is_fixed() && !impulse_->is_alone(); }
   StageResult project(bool& is_done);
   StageResult project_springs();
   void begin_masses(const Field& positions);
@@ -277,9 +278,6 @@ StageResult ProjectedMotion::begin_balance(Step& step) {
   }
   return moved_;
 }
-
-/// Whether the sheet cannot be projected before the balance of the objects that its gas is linked to.
-bool ProjectedMotion::waits_for_gas() const { return impulse_ && !impulse_->is_fixed() && !impulse_->is_alone(); }
 
 /// Lets contact move the sheet from these positions. In a shorter step it presses harder, as the projection does, which
 /// moves the sheet as far as in a longer one. Collective.

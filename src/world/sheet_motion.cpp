@@ -125,8 +125,6 @@ SheetMotion::SheetMotion(const Sheet& sheet, const Options& options, State& stat
   }
 }
 
-void SheetMotion::update_derived() { set_lengths(); }
-
 void SheetMotion::set_lengths() {
   set_volume_ratios(volume_ratio_, sheet_, state_.burning->mass, options_.combustion);
   set_target_lengths(state_.target_length, sheet_, volume_ratio_);
@@ -172,7 +170,7 @@ void SheetMotion::move_freely() {
       v.col(i).setZero();
     }
   }
-  if (air_ && !drag_is_balanced_) {
+  if (air_ && options_.dynamics == Dynamics::projection) {  // Otherwise the balance has it.
     air_->accelerate(state_.velocity, mass_, h_);
   }
   x += h_ * v;
@@ -378,10 +376,6 @@ void SheetMotion::leave_bodies(Step& step) {
   if (!is_static()) {
     rebound(*body_contact_, step.loads);
   }
-}
-
-WeaveStrain SheetMotion::weave_strain() const {
-  return surface::weave_strain(sheet_, state_.position, state_.target_length, state_.burning->active);
 }
 
 std::string SheetMotion::progress(const Step& step) const { return fmt::format("|C| {:.3e} m", step.constraint_error); }

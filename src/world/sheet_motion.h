@@ -18,7 +18,7 @@ namespace pellicle::world {
 /// burnt fraction.
 class SheetMotion : public SurfaceMotion {
  public:
-  void update_derived() override;
+  void update_derived() override { set_lengths(); }
   StageResult begin(Step& step) override;
   StageResult take_balance(Step& step) override;
   StageResult end(Step& step) override;
@@ -28,7 +28,9 @@ class SheetMotion : public SurfaceMotion {
   /// Sets the target lengths from the burnt fractions (burning paper, eq. 5 and 6). Not collective.
   virtual void set_lengths();
   /// Strains of the sheet as it is now. Collective.
-  virtual WeaveStrain weave_strain() const;
+  virtual WeaveStrain weave_strain() const {
+    return surface::weave_strain(sheet_, state_.position, state_.target_length, state_.burning->active);
+  }
   std::string stage() const override { return "projection"; }
   const double* mass() const override { return state_.burning->mass.data(); }
   std::string progress(const Step& step) const override;
@@ -75,7 +77,6 @@ class SheetMotion : public SurfaceMotion {
   const Sheet& sheet_;
   bool pins_move_;                             ///< some are led along paths
   std::unique_ptr<BodyContact> body_contact_;  ///< bodies whose pressing is brought into balance; null: there are none
-  bool drag_is_balanced_ = false;              ///< whether the drag of the air is a part of the balance
   std::optional<SpringStress> spring_stress_;  ///< if the sheet can crack
   double usual_stiffness_;                     ///< of contact in steps of the deck's length [Pa/m]
   double stiffness_;                           ///< of contact in the present step [Pa/m]

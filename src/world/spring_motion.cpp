@@ -42,8 +42,10 @@ class SpringMotion : public SheetMotion {
 
   std::string start_fault() const override { return body_contact_ != nullptr ? body_contact_->start_fault() : ""; }
   std::string passed_limit() const override;
-  const std::vector<Eigen::Matrix3d>& stress() override;
-  const std::vector<Body>& bodies() const override;
+  const std::vector<Eigen::Matrix3d>& stress() override {
+    return spring_stress_->find(state_.burning->active, springs_->spring_forces(state_.position), state_.position);
+  }
+  const std::vector<Body>& bodies() const override { return body_contact_ != nullptr ? body_contact_->bodies() : none; }
 
  protected:
   /// @param contact_stiffness see SheetMotion; `set_springs` must follow
@@ -108,7 +110,6 @@ SpringMotion::SpringMotion(const Sheet& sheet, const Options& options, State& st
 SpringMotion::SpringMotion(const Sheet& sheet, const Options& options, State& state, StageClock& clock, GasStage* gas,
                            double contact_stiffness)
     : SheetMotion(sheet, options, state, clock, gas, contact_stiffness, integrator_of(options.time)) {
-  drag_is_balanced_ = true;
   if (integrator_.is_second_order()) {
     y_v_ = Field(sheet.particles, 3);
   }
@@ -312,14 +313,6 @@ std::string SpringMotion::passed_limit() const {
   const WeaveStrain strain =
       surface::weave_strain(sheet_, springs_->position(), state_.target_length, state_.burning->active);
   return strain.largest <= *options_.project.strain_limit ? "" : beyond_limit(strain, *options_.project.strain_limit);
-}
-
-const std::vector<Eigen::Matrix3d>& SpringMotion::stress() {
-  return spring_stress_->find(state_.burning->active, springs_->spring_forces(state_.position), state_.position);
-}
-
-const std::vector<Body>& SpringMotion::bodies() const {
-  return body_contact_ != nullptr ? body_contact_->bodies() : none;
 }
 
 void SpringMotion::report(Report& report, const Step& step) const {

@@ -140,10 +140,6 @@ StageResult WallMotion::begin(Step& step) {
   return {};
 }
 
-StepStart WallMotion::start_of_step() const {
-  return {&state_.velocity, state_.thickness_ratio, state_.time_of_loads(), h_, state_.acceleration};
-}
-
 /// The accelerations from which the first step goes on, if they count. Collective.
 void WallMotion::begin_acceleration() {
   if (state_.acceleration == nullptr || state_.step > 0) {

@@ -52,7 +52,9 @@ class WallMotion : public SurfaceMotion {
   const PrismElements& elements() const { return elements_; }
 
  private:
-  StepStart start_of_step() const;
+  StepStart start_of_step() const {
+    return {&state_.velocity, state_.thickness_ratio, state_.time_of_loads(), h_, state_.acceleration};
+  }
   void begin_acceleration();
   void add_work();
   void set_pressures(double time);
