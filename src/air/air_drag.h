@@ -11,15 +11,6 @@
 
 namespace pellicle::air {
 
-/// Data of a step for the drag.
-struct AirInput {
-  const Field& position;                      ///< where the drag is taken, as at the start [m], ghosts up to date
-  const Field& velocity;                      ///< likewise [m/s], ghosts up to date
-  const std::vector<double>& mass;            ///< of a sheet's local particles; 0: no force acts on it [kg]
-  const std::vector<bool>* active = nullptr;  ///< surface triangles that live; null: all
-  double time_end = 0;                        ///< time at which the wind is taken [s]
-};
-
 /// The drag of the air on a surface: on each surface triangle of area A by the cross-flow principle (Hoerner,
 /// Fluid-Dynamic Drag, 1965, 3-11), normal and tangential parts apart,
 ///
@@ -40,7 +31,11 @@ class AirDrag {
   AirDrag(const Surface& surface, const AirOptions& options);
 
   /// Sets D and b for the step. Not collective.
-  void begin_step(const AirInput& input);
+  /// @param position, velocity where the drag is taken, as at the start of the step [m], [m/s], ghosts up to date
+  /// @param mass of a sheet's local particles; 0: no force acts on it [kg]
+  /// @param active surface triangles that live; null: all @param time at which the wind is taken [s]
+  void begin_step(const Field& position, const Field& velocity, const std::vector<double>& mass,
+                  const std::vector<bool>* active, double time);
 
   /// D_i [N s/m] and b_i [N] of an owned particle; 0 before the first step.
   const Eigen::Matrix3d& resistance(PetscInt i) const { return resistance_[i]; }

@@ -282,10 +282,9 @@ Eigen::VectorXd StepGas::swept_by_caps(Own& own, const Field& end, const Eigen::
 /// Work of joined gas of all parts since the last tangent: along a straight line of all W, or for walls with holes, on
 /// whose caps no pressure acts, of all positions. Collective.
 void StepGas::find_work() {
-  if (has_work_) {
+  if (std::exchange(has_work_, true)) {
     return;
   }
-  has_work_ = true;
   evaluate();
   for (Own& own : parts_) {
     own.work = 0;

@@ -66,7 +66,7 @@ void SurfaceMotion::set_drag(double fraction) {
   }
   const double reach = fraction * h_;
   const auto begin = [&](const Field& position, const Field& velocity) {
-    air_->begin_step({position, velocity, mass_, state_.active_triangles(), state_.time + reach});
+    air_->begin_step(position, velocity, mass_, state_.active_triangles(), state_.time + reach);
   };
   if (!integrator_.is_second_order()) {
     begin(start_, start_velocity_);

@@ -131,11 +131,7 @@ StageResult WallMotion::begin(Step& step) {
   bodies_.set_surface(still, state_.active_triangles());
   begin_acceleration();
   set_drag(integrator_.fraction());
-  StepStart start = start_of_step();
-  if (path_) {  // The first x is the start.
-    start.velocity = nullptr;
-  }
-  wall_part_->begin_step(state_.position, start);
+  wall_part_->begin_step(state_.position, start_of_step());
   begin_gas_and_path(wall_part_->time());
   return {};
 }

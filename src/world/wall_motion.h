@@ -52,8 +52,10 @@ class WallMotion : public SurfaceMotion {
   const PrismElements& elements() const { return elements_; }
 
  private:
+  /// By arc length the first x is the start.
   StepStart start_of_step() const {
-    return {&state_.velocity, state_.thickness_ratio, state_.time_of_loads(), h_, state_.acceleration};
+    return {path_ ? nullptr : &state_.velocity, state_.thickness_ratio, state_.time_of_loads(), h_,
+            state_.acceleration};
   }
   void begin_acceleration();
   void add_work();
