@@ -43,9 +43,6 @@ WallPart::WallPart(const WallModel& model, const PrismOptions& options, const Ti
   potentials_ = {&wall_, &damping_};
   add_vertex_potentials();
   potentials_.insert(potentials_.end(), model_.others.begin(), model_.others.end());
-  if (model_.bodies != nullptr) {
-    potentials_.push_back(model_.bodies);
-  }
 
   // Scale of the wall's forces: the energy of a wall stretched by half, over the square root of its area. Extrapolated
   // from a small stretch, since not every material can be stretched that far.
@@ -99,12 +96,9 @@ double WallPart::work_of(const Potential& potential, const Field& end) const {
 
 StepWork WallPart::work(const Field& end, const Field& start_velocity, const Eigen::Matrix3Xd& of_gas) {
   const Eigen::Matrix3Xd moved = (end.values() - start_.values()).leftCols(owned());
-  std::array<double, 6> sums{work_of(*weight_, end),
-                             work_of(damping_, end),
-                             0,
+  std::array<double, 5> sums{work_of(*weight_, end), work_of(damping_, end), 0,
                              of_gas.size() > 0 ? of_gas.cwiseProduct(moved).sum() : 0,
-                             loads_ != nullptr ? work_of(*loads_, end) : 0,
-                             model_.bodies != nullptr ? work_of(*model_.bodies, end) : 0};
+                             loads_ != nullptr ? work_of(*loads_, end) : 0};
   // The work on constrained vertices that no other force does is done by the pins.
   const std::vector<bool>& pinned = model_.pins.pinned();
   bool leads = false;
@@ -130,7 +124,7 @@ StepWork WallPart::work(const Field& end, const Field& start_velocity, const Eig
     }
   }
   sums = sum_over_ranks(comm(), sums);
-  return {sums[0], sums[1], sums[2], sums[3], sums[4], sums[5]};
+  return {sums[0], sums[1], sums[2], sums[3], sums[4]};
 }
 
 void WallPart::begin_step(const Field& position, const StepStart& start) {
@@ -193,7 +187,6 @@ void WallPart::set_step(const Field& position, const StepStart& start, double fr
   forget();
   h_ = start.h;
   time_end_ = start.time + integrator_.load_step(h_);
-  time_ = fraction == 1 ? time_end_ : start.time + fraction * start.h;
   start_.values() = position.values();
   const double own_place = position.values().cols() > 0 ? position.values().cwiseAbs().maxCoeff() : 0;
   const double place = max_over_ranks(comm(), own_place);
@@ -201,20 +194,13 @@ void WallPart::set_step(const Field& position, const StepStart& start, double fr
   const double inertia = options_.inertia ? total_mass_ / vertices * integrator_.inertia(h_) : 0;
   rounding_of_inertia_ = 20 * std::numeric_limits<double>::epsilon() * std::sqrt(vertices) * inertia * place;
   wall_.set_thickness(start.thickness_ratio);
-  model_.loads.set_time(time_);
-  if (model_.bodies != nullptr) {
-    model_.bodies->begin_step(start_, time_, fraction > 0 ? fraction * h_ : h_);
-  }
+  model_.loads.set_time(fraction == 1 ? time_end_ : start.time + fraction * start.h);
 }
 
 void WallPart::set_time(double time) {
   forget();
-  time_ = time;
   time_end_ = time;
-  model_.loads.set_time(time_);
-  if (model_.bodies != nullptr) {
-    model_.bodies->set_time(time_, h_);
-  }
+  model_.loads.set_time(time);
 }
 
 void WallPart::set_load(std::vector<double> pressure, const std::vector<PetscInt>& rims) {

@@ -7,7 +7,6 @@
 #include "constraints/constraints.h"
 #include "constraints/pins.h"
 #include "constraints/point_loads.h"
-#include "contact/body_contact.h"
 #include "energies/part_of_potentials.h"
 #include "equilibrium/time_scheme.h"
 #include "prism/damping_potential.h"
@@ -26,7 +25,6 @@ struct WallModel {
   const std::vector<double>& mass;   ///< of the owned vertices [kg]
   Eigen::Vector3d gravity;           ///< [m/s^2]
   std::vector<Potential*> others{};  ///< further potentials of the vertices' positions
-  BodyContact* bodies = nullptr;     ///< that press on the wall; null: none
 };
 
 /// Start of an implicit step.
@@ -50,7 +48,6 @@ struct StepWork {
   double pins = 0;
   double pressure = 0;
   double loads = 0;
-  double bodies = 0;
 };
 
 /// StepPart of a wall: the potential that an implicit step makes stationary, but for that of the gas (balloon paper,
@@ -85,8 +82,6 @@ class WallPart : public PartOfPotentials {
   /// This rank's fraction of the work of one potential [J]. Collective.
   double work_of(const Potential& potential, const Field& end) const;
 
-  /// Time at which forces are in balance; by arc length the loads' time [s].
-  double time() const { return time_; }
   /// By arc length: changes the time of the loads.
   void set_time(double time);
   /// Sets the pressures on the local elements whose stiffness counts [Pa], and WallPotential's rims. Not collective.
@@ -132,7 +127,6 @@ class WallPart : public PartOfPotentials {
   // The present step.
   double h_ = 0;
   double time_end_ = 0;   ///< t^{n+1} [s]
-  double time_ = 0;       ///< time of balance [s]
   Field start_;           ///< x^n
   Eigen::Matrix3Xd y_a_;  ///< x_a of the local vertices
   Eigen::Matrix3Xd y_v_;  ///< x_v of the local vertices

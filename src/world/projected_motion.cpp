@@ -121,13 +121,13 @@ class ProjectedMotion : public SheetMotion {
   void choose_pressures() override;
   StageResult move(bool& is_done) override;
   std::string start_fault() const override {
-    return body_contact_ != nullptr ? body_contact_->start_fault() : bodies_.start_fault();
+    return body_contact_ != nullptr ? SheetMotion::start_fault() : bodies_.start_fault();
   }
   const std::vector<Eigen::Matrix3d>& stress() override {
     return spring_stress_->find(state_.burning->active, force_, state_.position);
   }
   const std::vector<Body>& bodies() const override {
-    return body_contact_ != nullptr ? body_contact_->bodies() : bodies_.bodies();
+    return body_contact_ != nullptr ? SheetMotion::bodies() : bodies_.bodies();
   }
 
  protected:
@@ -287,7 +287,7 @@ void ProjectedMotion::begin_masses(const Field& positions) {
   if (body_contact_ != nullptr) {
     body_contact_->set_stiffness(stiffness_);
   }
-  begin_bodies(end_of_loads(), h_);
+  begin_bodies(constrained_, end_of_loads(), h_);
   masses_->begin(positions, {mass_, constrained_, start_, h_});
 }
 

@@ -210,13 +210,6 @@ void SheetMotion::push_by_weights_of_gas() {
   }
 }
 
-void SheetMotion::begin_bodies(double time, double h) {
-  if (body_contact_ != nullptr) {
-    body_contact_->set_surface(constrained_, state_.active_triangles());
-    body_contact_->begin_step(start_, time, h);
-  }
-}
-
 /// Takes the positions of a sheet with a part in the balance. Collective.
 StageResult SheetMotion::take_positions(const StepPart& part, Step& step) {
   StageResult result;
@@ -374,7 +367,7 @@ void SheetMotion::leave_bodies(Step& step) {
   }
   step.loads = body_contact_->loads(state_.position);
   if (!is_static()) {
-    rebound(*body_contact_, step.loads);
+    rebound(step.loads);
   }
 }
 

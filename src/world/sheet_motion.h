@@ -68,15 +68,12 @@ class SheetMotion : public SurfaceMotion {
   /// Finds velocities from the positions at the end of the step (eq. 13 and 15), and the loads on bodies.
   virtual void find_velocities(Step& step);
 
-  /// Begins the step of bodies whose pressing is balanced, at a time [s], after h [s].
-  void begin_bodies(double time, double h);
   StageResult take_positions(const StepPart& part, Step& step);
   /// Forces of a potential on the owned particles, kept until the next call [N].
   const Eigen::Matrix3Xd& forces_of(const Potential& potential);
 
   const Sheet& sheet_;
   bool pins_move_;                             ///< some are led along paths
-  std::unique_ptr<BodyContact> body_contact_;  ///< bodies whose pressing is brought into balance; null: there are none
   std::optional<SpringStress> spring_stress_;  ///< if the sheet can crack
   double usual_stiffness_;                     ///< of contact in steps of the deck's length [Pa/m]
   double stiffness_;                           ///< of contact in the present step [Pa/m]

@@ -18,9 +18,6 @@ namespace pellicle::world {
 
 namespace {
 
-/// The bodies of a sheet that can meet none.
-const std::vector<Body> none;
-
 /// The stiffness of contact in steps of the deck's length [Pa/m]. @param tensile_stiffness of the sheet [N/m]
 double stiffness_of_contact(const Sheet& sheet, const Options& options, double tensile_stiffness) {
   constexpr double strain = 0.05;  // as much as a sheet may bear
@@ -40,12 +37,10 @@ class SpringMotion : public SheetMotion {
   void update_derived() override;
   void report(Report& report, const Step& step) const override;
 
-  std::string start_fault() const override { return body_contact_ != nullptr ? body_contact_->start_fault() : ""; }
   std::string passed_limit() const override;
   const std::vector<Eigen::Matrix3d>& stress() override {
     return spring_stress_->find(state_.burning->active, springs_->spring_forces(state_.position), state_.position);
   }
-  const std::vector<Body>& bodies() const override { return body_contact_ != nullptr ? body_contact_->bodies() : none; }
 
  protected:
   /// @param contact_stiffness see SheetMotion; `set_springs` must follow
@@ -128,12 +123,7 @@ SpringMotion::SpringMotion(const Sheet& sheet, const Options& options, State& st
 
 void SpringMotion::set_springs(std::unique_ptr<SpringSheet> springs) {
   springs_ = std::move(springs);
-  const auto set_time = [this](double time) {
-    springs_->forget();
-    if (body_contact_ != nullptr) {
-      body_contact_->set_time(time, h_);
-    }
-  };
+  const auto set_time = [this](double /*time*/) { springs_->forget(); };
   std::function<void(Field&)> write;
   if (integrator_.is_second_order()) {
     write = [this](Field& position) { write_end(position); };
@@ -219,7 +209,7 @@ void SpringMotion::begin_acceleration() {
   state_.acceleration->values().setZero();
   set_drag(0);
   set_burnt();
-  begin_bodies(state_.time, h_);
+  begin_bodies(constrained_, state_.time, h_);
   pull_ = integrator_.inertia(h_);
   springs_->begin(start_, input(h_));
   springs_->move_to(start_, {});  // Contact may have moved it.
@@ -250,8 +240,7 @@ StageResult SpringMotion::begin_balance(Step& step) {
     holding_.assign(mass_.size(), springs_->holding_stiffness() * h_ * h_);
   }
   const auto timer = clock_.time("projection");
-  const double fraction = integrator_.fraction();
-  begin_bodies(state_.time_of_loads() + fraction * integrator_.load_step(h_), fraction * h_);
+  begin_bodies(constrained_, time_of_balance(), integrator_.fraction() * h_);
   springs_->begin(state_.position, input(step.h));
   begin_gas_and_path(end_of_loads() - (1 - integrator_.fraction()) * step.h);
   return {};

@@ -35,12 +35,27 @@ void SurfaceMotion::set_part(StepPart& part, const std::vector<double>& mass, st
   if (integrator_.arc_length()) {
     const auto set_time_of_all = [this, set_time = std::move(set_time)](double time) {
       set_time(time);
+      if (body_contact_ != nullptr) {
+        body_contact_->set_time(time, h_);
+      }
       if (filled_) {
         filled_->set_time(time);
       }
     };
     path_.emplace(*part_, set_time_of_all, pins_, mass, *integrator_.arc_length());
     part_ = &*path_;
+  }
+}
+
+const std::vector<Body>& SurfaceMotion::bodies() const {
+  static const std::vector<Body> none;
+  return body_contact_ != nullptr ? body_contact_->bodies() : none;
+}
+
+void SurfaceMotion::begin_bodies(const std::vector<bool>& held, double time, double h) {
+  if (body_contact_ != nullptr) {
+    body_contact_->set_surface(held, state_.active_triangles());
+    body_contact_->begin_step(start_, time, h);
   }
 }
 
@@ -129,9 +144,9 @@ StageResult SurfaceMotion::result_of(std::string fault) const {
   return result;
 }
 
-void SurfaceMotion::rebound(const BodyContact& bodies, std::vector<BodyLoad>& loads) {
+void SurfaceMotion::rebound(std::vector<BodyLoad>& loads) {
   const double before = kinetic_energy(surface_, mass(), state_.velocity);
-  bodies.rebound(state_.position, start_velocity_, mass_, state_.velocity, loads);
+  body_contact_->rebound(state_.position, start_velocity_, mass_, state_.velocity, loads);
   of(state_.work, Work::bodies) += kinetic_energy(surface_, mass(), state_.velocity) - before;
 }
 

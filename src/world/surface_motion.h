@@ -1,7 +1,9 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "air/air_drag.h"
@@ -26,6 +28,8 @@ class SurfaceMotion : public MotionStage {
   GasFilled* gas() override { return filled_ ? &*filled_ : nullptr; }
   const std::vector<bool>* active() const override { return state_.active_triangles(); }
   const std::vector<bool>& pinned() const override { return pins_.pinned(); }
+  std::string start_fault() const override { return body_contact_ != nullptr ? body_contact_->start_fault() : ""; }
+  const std::vector<Body>& bodies() const override;
 
  protected:
   /// All must outlive it. Collective. @param gas of its chambers; null: it has none
@@ -37,6 +41,9 @@ class SurfaceMotion : public MotionStage {
   /// @param write_end see StepGas::Part @param set_load see GasFilledPart
   void set_part(StepPart& part, const std::vector<double>& mass, std::function<void(double)> set_time,
                 std::function<void(Field&)> write_end, GasFilledPart::SetLoad set_load = {});
+  /// Begins the step of bodies whose pressing is balanced. Collective. @param held local particles that do not move
+  /// @param time at which forces are in balance [s] @param h length of the step until then [s]
+  void begin_bodies(const std::vector<bool>& held, double time, double h);
   /// Begins the step of gas and path, after that of the part. Collective. @param time_of_balance [s]
   void begin_gas_and_path(double time_of_balance);
   /// Keeps the end of the step on the path, if there is one, for the next step. Collective.
@@ -48,6 +55,8 @@ class SurfaceMotion : public MotionStage {
   Eigen::Matrix3Xd gas_forces_at_start();
   /// Time of the loads at the end of the step [s].
   double end_of_loads() const { return state_.time_of_loads() + integrator_.load_step(h_); }
+  /// Time of the loads at which forces are in balance [s].
+  double time_of_balance() const { return state_.time_of_loads() + integrator_.fraction() * integrator_.load_step(h_); }
   /// Velocity and acceleration of a local particle at the beginning of the step.
   Kinematics start_of(PetscInt i) const;
   /// Finds velocities, and accelerations if they count, from the positions before and after the step, in which by an
@@ -59,7 +68,7 @@ class SurfaceMotion : public MotionStage {
   /// The result of a step with a fault at its end; a fault of its start explains it. Empty: there is none. Collective.
   StageResult result_of(std::string fault) const;
   /// Lets the surface rebound from bodies, with its work. Collective. @param loads see BodyContact::rebound
-  void rebound(const BodyContact& bodies, std::vector<BodyLoad>& loads);
+  void rebound(std::vector<BodyLoad>& loads);
   /// The potentials of a list that are not null.
   static std::vector<Potential*> present(const std::vector<Potential*>& potentials);
 
@@ -69,10 +78,11 @@ class SurfaceMotion : public MotionStage {
   GasStage* gas_;
   TimeIntegrator integrator_;
   Pins pins_;
-  std::optional<AirDrag> air_;           ///< if there is air
-  std::optional<GasFilledPart> filled_;  ///< if there are chambers
-  std::optional<PathPart> path_;         ///< by arc length
-  StepPart* part_ = nullptr;             ///< with gas and along the path
+  std::optional<AirDrag> air_;                 ///< if there is air
+  std::unique_ptr<BodyContact> body_contact_;  ///< bodies whose pressing is brought into balance; null: there are none
+  std::optional<GasFilledPart> filled_;        ///< if there are chambers
+  std::optional<PathPart> path_;               ///< by arc length
+  StepPart* part_ = nullptr;                   ///< with gas and along the path
   // The present step.
   double h_ = 0;              ///< its length [s]
   Field start_;               ///< positions at the beginning [m]

@@ -46,8 +46,10 @@ WallMotion::WallMotion(const Membrane& membrane, const Options& options, State& 
       wall_(wall_of(membrane, options, textures)),
       elements_(membrane, wall_),
       loads_(membrane, vertex_areas(membrane), options.attachments, options.forces, state.loads),
-      usual_stiffness_(stiffness_of_contact(membrane, wall_, options)),
-      bodies_(membrane, options.bodies, options.contact, usual_stiffness_) {
+      usual_stiffness_(stiffness_of_contact(membrane, wall_, options)) {
+  if (!options.bodies.empty()) {
+    body_contact_ = std::make_unique<BodyContact>(membrane, options.bodies, options.contact, usual_stiffness_);
+  }
   mass_ = vertex_masses(membrane, wall_);
   if (state.burning) {
     hold_ = make_vertex_potential(membrane.particles, [this](PetscInt i, const Eigen::Vector3d& x) {
@@ -79,9 +81,8 @@ WallMotion::WallMotion(const Membrane& membrane, const Options& options, State& 
   // It is made for the wall as it was, whatever has happened to it.
   elements_.set_burnt({}, {});
   const std::vector<Potential*> others =
-      present({bending_ ? &*bending_ : nullptr, hold_.get(), drag_.get(), buoyancy_.get()});
-  wall_part_.emplace(WallModel{elements_, constraints_, pins_, loads_, mass_, options.force.gravity, others,
-                               bodies_.empty() ? nullptr : &bodies_},
+      present({bending_ ? &*bending_ : nullptr, hold_.get(), drag_.get(), buoyancy_.get(), body_contact_.get()});
+  wall_part_.emplace(WallModel{elements_, constraints_, pins_, loads_, mass_, options.force.gravity, others},
                      options.prism, integrator_);
   set_part(
       *wall_part_, mass_, [this](double time) { wall_part_->set_time(time); },
@@ -128,21 +129,22 @@ StageResult WallMotion::begin(Step& step) {
   if (bending_) {
     bending_->begin_step(state_.position, state_.thickness_ratio);
   }
-  bodies_.set_surface(still, state_.active_triangles());
-  begin_acceleration();
+  begin_acceleration(still);
   set_drag(integrator_.fraction());
+  begin_bodies(still, time_of_balance(), integrator_.fraction() * h_);
   wall_part_->begin_step(state_.position, start_of_step());
-  begin_gas_and_path(wall_part_->time());
+  begin_gas_and_path(time_of_balance());
   return {};
 }
 
 /// The accelerations from which the first step goes on, if they count. Collective.
-void WallMotion::begin_acceleration() {
+void WallMotion::begin_acceleration(const std::vector<bool>& still) {
   if (state_.acceleration == nullptr || state_.step > 0) {
     return;
   }
   state_.acceleration->values().setZero();
   set_drag(0);
+  begin_bodies(still, state_.time, h_);
   Eigen::Matrix3Xd force = wall_part_->forces_at(state_.position, start_of_step());
   if (filled_) {
     Eigen::Matrix3Xd of_gas = gas_forces_at_start();
@@ -163,9 +165,9 @@ StageResult WallMotion::take_balance(Step& step) {
   if (filled_) {
     state_.pressure(filled_->prescribed()) = filled_->multiplier();
   }
-  if (fault.empty()) {
-    fault = bodies_.fault(part_->position());
-    step.loads = bodies_.loads(part_->position());
+  if (fault.empty() && body_contact_ != nullptr) {
+    fault = body_contact_->fault(part_->position());
+    step.loads = body_contact_->loads(part_->position());
   }
   if (const StageResult failed = result_of(std::move(fault)); !failed.converged) {
     return failed;
@@ -180,14 +182,16 @@ StageResult WallMotion::take_balance(Step& step) {
 void WallMotion::add_work() {
   const Eigen::Matrix3Xd of_gas = filled_ ? filled_->pressure_forces() : Eigen::Matrix3Xd();
   const StepWork work = wall_part_->work(state_.position, start_velocity_, of_gas);
-  std::array<double, 2> of_others{drag_ != nullptr ? wall_part_->work_of(*drag_, state_.position) : 0,
-                                  buoyancy_ != nullptr ? wall_part_->work_of(*buoyancy_, state_.position) : 0};
+  const auto work_of = [this](const Potential* potential) {
+    return potential != nullptr ? wall_part_->work_of(*potential, state_.position) : 0;
+  };
+  std::array<double, 3> of_others{work_of(drag_.get()), work_of(buoyancy_.get()), work_of(body_contact_.get())};
   of_others = sum_over_ranks(membrane_.comm(), of_others);
   of(state_.work, Work::gravity) += work.gravity;
   of(state_.work, Work::damping) += work.damping;
   of(state_.work, Work::pins) += work.pins;
   of(state_.work, Work::pressure) += work.pressure + of_others[1];
-  of(state_.work, Work::bodies) += work.bodies;
+  of(state_.work, Work::bodies) += of_others[2];
   of(state_.work, Work::air) += of_others[0];
   of(state_.work, Work::loads) += work.loads;
 }
@@ -207,8 +211,8 @@ StageResult WallMotion::end(Step& step) {
     step.error = max_over_ranks(membrane_.comm(), find_end(pinned()) / part_->length_scale());
     step.inverted = sum_over_ranks(membrane_.comm(), elements_.inverted(start_, state_.position));
   }
-  if (bodies_.rebounds() && options_.time.scheme == TimeScheme::implicit_euler) {
-    rebound(bodies_, step.loads);
+  if (body_contact_ != nullptr && body_contact_->rebounds() && options_.time.scheme == TimeScheme::implicit_euler) {
+    rebound(step.loads);
   }
   const auto record = [this](StepRecord kind) -> double& { return of(state_.record, kind); };
   const double number = static_cast<double>(state_.step + 1);
