@@ -67,7 +67,11 @@ GasFilledPart::GasFilledPart(StepPart& part, StepGas::Part gas, SetLoad set_load
 }
 
 Eigen::Matrix3Xd GasFilledPart::forces_at(double time) {
-  StepGas gas({own_});
+  GasStep still = *own_.step;
+  still.h = 0;
+  StepGas::Part own = own_;
+  own.step = &still;
+  StepGas gas({own});
   gas.begin_step(time);
   return -gas.gradient(0);
 }

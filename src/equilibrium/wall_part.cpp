@@ -229,13 +229,6 @@ void WallPart::write_end(Field& position) const {
   model_.pins.impose(position, time_end_);
 }
 
-std::string WallPart::end_step(Field& position) const {
-  write_end(position);
-  const bool is_further_on = integrator_.fraction() != 1;
-  return is_further_on && inverted(start_, position) > 0 ? "the end of the step turns elements over: it is too long"
-                                                         : "";
-}
-
 Eigen::Matrix3Xd WallPart::forces_at(const Field& position, const StepStart& start) {
   set_step(position, start, 0);
   position_.values() = position.values();

@@ -87,9 +87,6 @@ class WallPart : public PartOfPotentials {
   /// Sets the pressures on the local elements whose stiffness counts [Pa], and WallPotential's rims. Not collective.
   void set_load(std::vector<double> pressure, const std::vector<PetscInt>& rims);
 
-  /// Moves positions (ghosts too) to the end of the step. Collective. @returns message if the balance is not the end of
-  /// a step; otherwise empty
-  std::string end_step(Field& position) const;
   /// Writes x^{n+1}, which follows from x (TimeIntegrator), with constrained vertices in their places; ghosts up to
   /// date. Not collective.
   void write_end(Field& position) const;

@@ -391,11 +391,8 @@ StageResult ProjectedMotion::find_positions(Step& step) {
 }
 
 Eigen::Matrix3Xd ProjectedMotion::gas_forces() {
-  Eigen::Matrix3Xd forces(3, sheet_.particles.owned);
-  for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
-    forces.col(i) = mass_[i] / h_ * impulse_->velocity().vector(i);
-  }
-  return forces;
+  const Eigen::Map<const Eigen::VectorXd> mass(mass_.data(), sheet_.particles.owned);
+  return impulse_->velocity().values().leftCols(mass.size()) * (mass / h_).asDiagonal();
 }
 
 /// The forces with which the last projection has ended. Collective.

@@ -215,7 +215,7 @@ void SpringMotion::begin_acceleration() {
   springs_->move_to(start_, {});  // Contact may have moved it.
   Eigen::Matrix3Xd force = -springs_->gradient();
   if (filled_) {
-    force += gas_forces_at_start();
+    force += filled_->forces_at(state_.time);
   }
   for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
     if (!constrained_[i]) {

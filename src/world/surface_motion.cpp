@@ -94,13 +94,6 @@ void SurfaceMotion::set_drag(double fraction) {
   begin(position, velocity);
 }
 
-Eigen::Matrix3Xd SurfaceMotion::gas_forces_at_start() {
-  const double of_step = std::exchange(gas_->step().h, 0);
-  Eigen::Matrix3Xd forces = filled_->forces_at(state_.time_of_loads());
-  gas_->step().h = of_step;
-  return forces;
-}
-
 Kinematics SurfaceMotion::start_of(PetscInt i) const {
   const Field* acceleration = state_.acceleration;
   return {start_velocity_.vector(i),

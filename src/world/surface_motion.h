@@ -51,8 +51,6 @@ class SurfaceMotion : public MotionStage {
   /// Sets the drag of the air, if there is any, in the step. Collective.
   /// @param fraction of the step at which forces are in balance
   void set_drag(double fraction);
-  /// Forces of the gas on the owned particles at the beginning of the step, while none flows [N]. Collective.
-  Eigen::Matrix3Xd gas_forces_at_start();
   /// Time of the loads at the end of the step [s].
   double end_of_loads() const { return state_.time_of_loads() + integrator_.load_step(h_); }
   /// Time of the loads at which forces are in balance [s].

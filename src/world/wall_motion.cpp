@@ -147,7 +147,7 @@ void WallMotion::begin_acceleration(const std::vector<bool>& still) {
   begin_bodies(still, state_.time, h_);
   Eigen::Matrix3Xd force = wall_part_->forces_at(state_.position, start_of_step());
   if (filled_) {
-    Eigen::Matrix3Xd of_gas = gas_forces_at_start();
+    Eigen::Matrix3Xd of_gas = filled_->forces_at(state_.time);
     constraints_.projectors().apply(of_gas);
     force += of_gas;
   }
@@ -161,7 +161,11 @@ StageResult WallMotion::take_balance(Step& step) {
   const auto timer = clock_.time("implicit step");
   step.newton_iterations = step.balance.newton_iterations;
   step.motion_iterations = step.balance.linear_iterations;
-  std::string fault = wall_part_->end_step(state_.position);
+  std::string fault;
+  wall_part_->write_end(state_.position);
+  if (integrator_.fraction() != 1 && wall_part_->inverted(start_, state_.position) > 0) {
+    fault = "the end of the step turns elements over: it is too long";
+  }
   if (filled_) {
     state_.pressure(filled_->prescribed()) = filled_->multiplier();
   }
