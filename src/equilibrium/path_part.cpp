@@ -23,7 +23,6 @@ PathPart::PathPart(StepPart& part, std::function<void(double)> set_time, const P
 void PathPart::begin_step(double time, double h, const Field& direction) {
   time_ = time;
   h_ = h;
-  length_ = arc_length_ * h;
   direction_.values() = direction.values();
   if (sum_over_ranks(vertices().comm, direction_.values().squaredNorm()) > 0) {
     return;
@@ -55,13 +54,13 @@ void PathPart::write_direction(const Field& position, Field& direction) const {
   set_unit_length(direction);
 }
 
-/// Distance of x along the path [m]. Collective.
-double PathPart::along_path() const {
-  double sum = 0;
+Eigen::VectorXd PathPart::own_rows() const {
+  double along_path = 0;
   for (PetscInt i = 0; i < vertices().owned; ++i) {
-    sum += mass_[i] / total_mass_ * direction_.vector(i).dot(position().vector(i) - start().vector(i));
+    along_path += mass_[i] / total_mass_ * direction_.vector(i).dot(position().vector(i) - start().vector(i));
   }
-  return sum_over_ranks(vertices().comm, sum);
+  along_path = sum_over_ranks(vertices().comm, along_path);
+  return Eigen::VectorXd::Constant(1, force_scale() / length_scale() * (along_path - arc_length_ * h_));
 }
 
 bool PathPart::move_to(const Field& position, const Eigen::VectorXd& own) {

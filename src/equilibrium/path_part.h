@@ -33,9 +33,7 @@ class PathPart : public ExtendedPart {
 
   bool move_to(const Field& position, const Eigen::VectorXd& own) override;
   Eigen::VectorXd own_unknowns() const override { return Eigen::VectorXd::Constant(1, time_); }
-  Eigen::VectorXd own_rows() const override {
-    return Eigen::VectorXd::Constant(1, force_scale() / length_scale() * (along_path() - length_));
-  }
+  Eigen::VectorXd own_rows() const override;
   /// One column more than the part, for the additional row.
   int columns() const override { return part_.columns() + 1; }
   LowRank dense_tangent() override;
@@ -43,7 +41,6 @@ class PathPart : public ExtendedPart {
   Eigen::VectorXd load_rate() override;
 
  private:
-  double along_path() const;
   void set_unit_length(Field& direction) const;
 
   std::function<void(double)> set_time_;
@@ -53,9 +50,8 @@ class PathPart : public ExtendedPart {
   double arc_length_;      ///< [m/s]
   double time_ = 0;
   double h_ = 0;
-  double length_ = 0;  ///< s [m]
-  Field direction_;    ///< c
-  Field position_;     ///< x with what is pinned in its places
+  Field direction_;  ///< c
+  Field position_;   ///< x with what is pinned in its places
 };
 
 }  // namespace pellicle::equilibrium

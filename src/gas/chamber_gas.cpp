@@ -289,13 +289,8 @@ void Chambers::open_chambers(GasExchange& exchange, const GasStep& start, const 
 GasExchange Chambers::recapped(const GasExchange& exchange, const Eigen::VectorXd& walls, double time) const {
   const Eigen::VectorXd volumes = exchange.gas_volumes(walls);
   const std::vector<int> order = exchange.from_within();
-  // Increase of the volume within each wall since the end of the last step, from within outwards.
-  Eigen::VectorXd more = volumes - exchange.volume;
-  for (const int chamber : order) {
-    if (const int round = exchange.gas_outside(chamber); round >= 0) {
-      more[round] += more[chamber];
-    }
-  }
+  // Increase of the volume within each wall since the end of the last step.
+  const Eigen::VectorXd more = exchange.within_walls(volumes - exchange.volume);
   GasExchange result = exchange;
   std::vector<Content> contents = this->contents(exchange, time);
   std::vector<bool> is_changed(chambers_.size());

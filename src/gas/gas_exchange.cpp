@@ -52,14 +52,13 @@ std::vector<int> GasExchange::from_within() const {
   return order;
 }
 
-Eigen::VectorXd GasExchange::last_volumes() const {
-  Eigen::VectorXd walls = volume;
+Eigen::VectorXd GasExchange::within_walls(Eigen::VectorXd of_gas) const {
   for (const int chamber : from_within()) {
-    if (gas_outside(chamber) >= 0) {
-      walls[gas_outside(chamber)] += walls[chamber];
+    if (const int round = gas_outside(chamber); round >= 0) {
+      of_gas[round] += of_gas[chamber];
     }
   }
-  return walls;
+  return of_gas;
 }
 
 void GasExchange::add_part(int chamber) {

@@ -118,7 +118,11 @@ class ProjectedMotion : public SheetMotion {
 
   StepPart* part() override { return masses_ ? &*masses_ : nullptr; }
   GasFilled* gas() override { return impulse_ ? &*impulse_ : nullptr; }
-  void choose_pressures() override;
+  void choose_pressures() override {
+    if (impulse_ && !impulse_->is_fixed()) {
+      impulse_->choose_pressures();
+    }
+  }
   StageResult move(bool& is_done) override;
   std::string start_fault() const override {
     return body_contact_ != nullptr ? SheetMotion::start_fault() : bodies_.start_fault();
@@ -289,12 +293,6 @@ void ProjectedMotion::begin_masses(const Field& positions) {
   }
   begin_bodies(constrained_, end_of_loads(), h_);
   masses_->begin(positions, {mass_, constrained_, start_, h_});
-}
-
-void ProjectedMotion::choose_pressures() {
-  if (impulse_ && !impulse_->is_fixed()) {
-    impulse_->choose_pressures();
-  }
 }
 
 /// A sheet that contact has strained beyond its limit is projected again from where contact has moved it, as often as

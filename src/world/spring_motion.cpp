@@ -54,7 +54,10 @@ class SpringMotion : public SheetMotion {
   StageResult find_positions(Step& step) override;
   Eigen::Matrix3Xd gas_forces() override { return filled_->pressure_forces(); }
   void add_spring_forces(Eigen::Matrix3Xd& sum) override;
-  double viscous_work() const override;
+  double viscous_work() const override {
+    const double lasting = integrator_.is_second_order() ? integrator_.rate(h_) * h_ : 1;
+    return lasting * springs_->viscous_work(state_.position);
+  }
   void move_freely() override;
   Eigen::Vector3d velocity_of_balance(PetscInt i) const override;
   void move_to_end() override;
@@ -86,8 +89,14 @@ class ElasticMotion : public SpringMotion {
 
   std::vector<std::string> first_remarks() const override;
 
-  void set_lengths() override;
-  WeaveStrain weave_strain() const override;
+  void set_lengths() override {
+    set_volume_ratios(volume_ratio_, sheet_, state_.burning->mass, options_.combustion);
+    set_surface_lengths(state_.target_length, sheet_, state_.burning->active, volume_ratio_);
+  }
+  WeaveStrain weave_strain() const override {
+    return surface::weave_strain(sheet_, state_.position, state_.target_length, state_.burning->active,
+                                 springs_->bearing_springs(state_.burning->active));
+  }
 
  protected:
   StageResult begin_balance(Step& step) override;
@@ -272,11 +281,6 @@ Eigen::Vector3d SpringMotion::velocity_of_balance(PetscInt i) const {
   return integrator_.rate(h_) * (state_.position.vector(i) - y_v_.vector(i));
 }
 
-double SpringMotion::viscous_work() const {
-  const double lasting = integrator_.is_second_order() ? integrator_.rate(h_) * h_ : 1;
-  return lasting * springs_->viscous_work(state_.position);
-}
-
 void SpringMotion::find_velocities(Step& step) {
   if (!integrator_.is_second_order()) {
     SheetMotion::find_velocities(step);
@@ -329,21 +333,11 @@ ElasticMotion::ElasticMotion(const Sheet& sheet, const Options& options, State& 
                                      pins_.pinned(), pins_.clamped(), elastic_options(options), others()));
 }
 
-void ElasticMotion::set_lengths() {
-  set_volume_ratios(volume_ratio_, sheet_, state_.burning->mass, options_.combustion);
-  set_surface_lengths(state_.target_length, sheet_, state_.burning->active, volume_ratio_);
-}
-
 StageResult ElasticMotion::begin_balance(Step& step) {
   if (step.has_burnt) {
     set_lengths();  // They follow from what is left, too.
   }
   return SpringMotion::begin_balance(step);
-}
-
-WeaveStrain ElasticMotion::weave_strain() const {
-  return surface::weave_strain(sheet_, state_.position, state_.target_length, state_.burning->active,
-                               springs_->bearing_springs(state_.burning->active));
 }
 
 std::vector<std::string> ElasticMotion::first_remarks() const {
