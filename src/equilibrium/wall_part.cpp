@@ -220,15 +220,6 @@ void WallPart::move_held() {
   }
 }
 
-void WallPart::write_end(Field& position) const {
-  if (integrator_.fraction() == 1) {
-    position.values() = position_.values();
-    return;
-  }
-  position.values() = start_.values() + (position_.values() - start_.values()) / integrator_.fraction();
-  model_.pins.impose(position, time_end_);
-}
-
 Eigen::Matrix3Xd WallPart::forces_at(const Field& position, const StepStart& start) {
   set_step(position, start, 0);
   position_.values() = position.values();

@@ -86,9 +86,6 @@ class WallPart : public PartOfPotentials {
   /// Sets the pressures on the local elements whose stiffness counts [Pa], and WallPotential's rims. Not collective.
   void set_load(std::vector<double> pressure, const std::vector<PetscInt>& rims);
 
-  /// Writes x^{n+1}, which follows from x (TimeIntegrator), with constrained vertices in their places; ghosts up to
-  /// date. Not collective.
-  void write_end(Field& position) const;
   /// c [1/s] and x_v [m] of a local vertex, whose velocity at the balance is c (x - x_v).
   double rate() const { return integrator_.rate(h_); }
   Eigen::Vector3d y_v(PetscInt i) const { return y_v_.col(i); }

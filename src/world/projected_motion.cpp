@@ -313,12 +313,9 @@ StageResult ProjectedMotion::move(bool& is_done) {
     state_.position.values() = masses_->position().values();
     if (weave_strain().largest > *limit && projections_ < options_.project.strain_steps) {
       ++projections_;
-      const int iterations = moved_.iterations;
-      moved_ = project_springs();
-      begin_masses(state_.position);
       is_done = false;
-      const StageResult result = moved_;
-      moved_.iterations += iterations;
+      const StageResult result = project_springs();
+      begin_masses(state_.position);
       return result;
     }
   }
@@ -331,17 +328,14 @@ StageResult ProjectedMotion::project(bool& is_done) {
   if (impulse_ && impulse_->is_fixed()) {
     return {};
   }
-  const int iterations = moved_.iterations;
   if (impulse_) {
     state_.pressure = impulse_->pressure();
     state_.velocity.values() = free_velocity_ + impulse_->velocity().values();
     state_.position.values() = free_position_ + h_ * impulse_->velocity().values();
     unconstrained_ = state_.position.values();
   }
-  moved_ = project_springs();
-  const StageResult result = moved_;
-  moved_.iterations += iterations;
-  if (impulse_ && moved_.converged) {
+  const StageResult result = project_springs();
+  if (impulse_ && result.converged) {
     // It has no stiffness that would answer a pressure in proportion: what it is joined to takes it where it is.
     impulse_->fix(state_.position);
     is_done = impulse_->is_alone();
@@ -349,7 +343,7 @@ StageResult ProjectedMotion::project(bool& is_done) {
   return result;
 }
 
-/// Projects the springs, and corrects what has run into bodies.
+/// Projects the springs, and corrects what has run into bodies. @returns the result of this projection alone
 StageResult ProjectedMotion::project_springs() {
   const auto timer = clock_.time("projection");  // eq. 12
   const ContactStep contact = contact_step();
@@ -371,6 +365,8 @@ StageResult ProjectedMotion::project_springs() {
   if (!bodies_.empty()) {  // They have moved what was projected.
     result.error = constraint_errors(sheet_, state_.position, state_.target_length, state_.burning->active).total;
   }
+  moved_.add(result);
+  moved_.error = result.error;
   return result;
 }
 

@@ -69,7 +69,6 @@ class SpringMotion : public SheetMotion {
   SheetInput input(double h) const;
   void set_burnt();
   void begin_acceleration();
-  void write_end(Field& position) const;
 
   Field y_v_;        ///< of generalized alpha (TimeIntegrator)
   double pull_ = 0;  ///< of generalized alpha: inertia and damping pull by mass times this [1/s^2]
@@ -133,11 +132,7 @@ SpringMotion::SpringMotion(const Sheet& sheet, const Options& options, State& st
 void SpringMotion::set_springs(std::unique_ptr<SpringSheet> springs) {
   springs_ = std::move(springs);
   const auto set_time = [this](double /*time*/) { springs_->forget(); };
-  std::function<void(Field&)> write;
-  if (integrator_.is_second_order()) {
-    write = [this](Field& position) { write_end(position); };
-  }
-  set_part(*springs_, sheet_.initial_mass, set_time, std::move(write));
+  set_part(*springs_, sheet_.initial_mass, set_time);
 }
 
 void SpringMotion::update_derived() {
@@ -236,11 +231,6 @@ void SpringMotion::begin_acceleration() {
     }
   }
   state_.acceleration->update_ghosts();
-}
-
-void SpringMotion::write_end(Field& position) const {
-  position.values() = start_.values() + (springs_->position().values() - start_.values()) / integrator_.fraction();
-  pins_.impose(position, state_.time + h_);
 }
 
 StageResult SpringMotion::begin_balance(Step& step) {

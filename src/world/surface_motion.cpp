@@ -23,11 +23,13 @@ SurfaceMotion::SurfaceMotion(const Surface& surface, const Options& options, Sta
 }
 
 void SurfaceMotion::set_part(StepPart& part, const std::vector<double>& mass, std::function<void(double)> set_time,
-                             std::function<void(Field&)> write_end, GasFilledPart::SetLoad set_load) {
+                             GasFilledPart::SetLoad set_load) {
   part_ = &part;
   if (gas_ != nullptr) {
     StepGas::Part own{{"", &gas_->chambers(), &gas_->step()}, &start_, nullptr, options_.gas.tangent};
-    own.write_end = std::move(write_end);
+    if (integrator_.is_second_order()) {
+      own.write_end = [this](Field& position) { write_end(position); };
+    }
     filled_.emplace(*part_, own, std::move(set_load));
     gas_->set_filled(*filled_);
     part_ = &*filled_;
@@ -66,6 +68,11 @@ void SurfaceMotion::begin_gas_and_path(double time_of_balance) {
   if (path_) {
     path_->begin_step(state_.time_of_loads(), h_, *state_.direction);
   }
+}
+
+void SurfaceMotion::write_end(Field& position) const {
+  position.values() = start_.values() + (part_->position().values() - start_.values()) / integrator_.fraction();
+  pins_.impose(position, end_of_loads());
 }
 
 void SurfaceMotion::end_path() {

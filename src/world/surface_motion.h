@@ -38,14 +38,16 @@ class SurfaceMotion : public MotionStage {
 
   /// Balances a part, with the gas if there is any, and by arc length along the path. Collective.
   /// @param mass of the owned particles, at least @param set_time changes the time of the loads on the part [s]
-  /// @param write_end see StepGas::Part @param set_load see GasFilledPart
+  /// @param set_load see GasFilledPart
   void set_part(StepPart& part, const std::vector<double>& mass, std::function<void(double)> set_time,
-                std::function<void(Field&)> write_end, GasFilledPart::SetLoad set_load = {});
+                GasFilledPart::SetLoad set_load = {});
   /// Begins the step of bodies whose pressing is balanced. Collective. @param held local particles that do not move
   /// @param time at which forces are in balance [s] @param h length of the step until then [s]
   void begin_bodies(const std::vector<bool>& held, double time, double h);
   /// Begins the step of gas and path, after that of the part. Collective. @param time_of_balance [s]
   void begin_gas_and_path(double time_of_balance);
+  /// Writes x^{n+1}, which follows from x (TimeIntegrator), with pinned particles in their places; ghosts up to date.
+  virtual void write_end(Field& position) const;
   /// Keeps the end of the step on the path, if there is one, for the next step. Collective.
   void end_path();
   /// Sets the drag of the air, if there is any, in the step. Collective.

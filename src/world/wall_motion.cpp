@@ -53,14 +53,11 @@ WallMotion::WallMotion(const Membrane& membrane, const Options& options, State& 
   mass_ = vertex_masses(membrane, wall_);
   if (state.burning) {
     hold_ = make_vertex_potential(membrane.particles, [this](PetscInt i, const Eigen::Vector3d& x) {
-      PointPotential hold;
-      const auto vertex = static_cast<std::size_t>(i);
-      if (mass_[vertex] == 0) {  // As if it had its mass and no velocity.
-        const double stiffness = membrane_.initial_mass[vertex] / (h_ * h_);
-        const Eigen::Vector3d away = x - start_.vector(i);
-        hold = {stiffness / 2 * away.squaredNorm(), stiffness * away, stiffness * Eigen::Matrix3d::Identity()};
-      }
-      return hold;
+      // As if it had its mass and no velocity.
+      const double stiffness = mass_[i] == 0 ? membrane_.initial_mass[i] / (h_ * h_) : 0;
+      const Eigen::Vector3d away = x - start_.vector(i);
+      return PointPotential{stiffness / 2 * away.squaredNorm(), stiffness * away,
+                            stiffness * Eigen::Matrix3d::Identity()};
     });
   }
   if (air_) {
@@ -86,7 +83,6 @@ WallMotion::WallMotion(const Membrane& membrane, const Options& options, State& 
                      options.prism, integrator_);
   set_part(
       *wall_part_, mass_, [this](double time) { wall_part_->set_time(time); },
-      [this](Field& position) { wall_part_->write_end(position); },
       [this](std::vector<double> pressure) {
         wall_part_->set_load(std::move(pressure), gas_->chambers().rims().sides());
       });
@@ -162,7 +158,7 @@ StageResult WallMotion::take_balance(Step& step) {
   step.newton_iterations = step.balance.newton_iterations;
   step.motion_iterations = step.balance.linear_iterations;
   std::string fault;
-  wall_part_->write_end(state_.position);
+  write_end(state_.position);
   if (integrator_.fraction() != 1 && wall_part_->inverted(start_, state_.position) > 0) {
     fault = "the end of the step turns elements over: it is too long";
   }
@@ -180,6 +176,14 @@ StageResult WallMotion::take_balance(Step& step) {
   elements_.update_thickness(state_.position, state_.thickness_ratio);
   add_work();
   return {};
+}
+
+void WallMotion::write_end(Field& position) const {
+  if (integrator_.fraction() == 1) {
+    position.values() = part_->position().values();
+  } else {
+    SurfaceMotion::write_end(position);
+  }
 }
 
 /// Adds the works of the step, by the forces with which it is in balance. Collective.

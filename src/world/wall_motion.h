@@ -50,6 +50,7 @@ class WallMotion : public SurfaceMotion {
   const PrismElements& elements() const { return elements_; }
 
  private:
+  void write_end(Field& position) const override;
   /// By arc length the first x is the start.
   StepStart start_of_step() const {
     return {path_ ? nullptr : &state_.velocity, state_.thickness_ratio, state_.time_of_loads(), h_,
