@@ -84,11 +84,6 @@ void GasFilledPart::begin_step(const Eigen::VectorXd& pressure, double time_of_b
   gas_->balance(number_, *this);
 }
 
-void GasFilledPart::set_time(double time) {
-  time_ = time;
-  gas_->set_time(time);
-}
-
 Eigen::VectorXd GasFilledPart::pressures() {
   Eigen::VectorXd pressures(columns());
   std::transform(gas_->states(number_).begin(), gas_->states(number_).end(), pressures.begin(),

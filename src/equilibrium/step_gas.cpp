@@ -63,21 +63,6 @@ void StepGas::begin_step(double time) {
   set_time(time);
 }
 
-void StepGas::set_time(double time) {
-  time_ = time;
-  move();
-}
-
-void StepGas::set_response(std::size_t part, FlowingGas::Response response) {
-  responses_[part] = std::move(response);
-  move();
-}
-
-const Eigen::VectorXd& StepGas::walls(std::size_t part) {
-  evaluate();
-  return walls_[part];
-}
-
 /// The gas of all parts at their present positions. Collective.
 void StepGas::evaluate() {
   if (is_evaluated_) {
@@ -99,11 +84,6 @@ void StepGas::evaluate() {
     }
   }
   is_evaluated_ = true;
-}
-
-const std::vector<GasState>& StepGas::states(std::size_t part) {
-  evaluate();
-  return parts_[part].states;
 }
 
 void StepGas::set_multiplier(std::size_t part, const Eigen::VectorXd& pressure) {
@@ -293,7 +273,7 @@ void StepGas::find_work() {
       std::equal(parts_.begin(), parts_.end(), of_tangent_.begin(), of_tangent_.end(),
                  [](const Own& own, const Eigen::VectorXd& walls) { return own.is_pushed || walls.size() > 0; });
   if (!has_tangent ||
-      std::none_of(parts_.begin(), parts_.end(), [](const Own& own) { return own.chambers->has_network(); })) {
+      std::all_of(parts_.begin(), parts_.end(), [](const Own& own) { return own.chambers->joined().empty(); })) {
     return;
   }
   if (std::all_of(parts_.begin(), parts_.end(), [](const Own& own) { return own.chambers->rims().empty(); })) {

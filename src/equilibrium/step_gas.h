@@ -43,12 +43,21 @@ class StepGas {
   /// Begins the step; the gas steps of all parts must have begun. @param time at which forces are in balance [s]
   void begin_step(double time);
   /// Changes the time of the loads [s].
-  void set_time(double time);
+  void set_time(double time) {
+    time_ = time;
+    move();
+  }
   /// Sets how the pressures across the walls of a part that is pushed move them in this step.
-  void set_response(std::size_t part, FlowingGas::Response response);
+  void set_response(std::size_t part, FlowingGas::Response response) {
+    responses_[part] = std::move(response);
+    move();
+  }
   /// The volumes W of the chambers of a part with its pressures [m^3]; those of a part that is pushed follow from its
   /// response. Collective.
-  const Eigen::VectorXd& walls(std::size_t part);
+  const Eigen::VectorXd& walls(std::size_t part) {
+    evaluate();
+    return walls_[part];
+  }
   /// Must be called when the positions of a part have changed.
   void move() {
     is_evaluated_ = false;
@@ -60,7 +69,10 @@ class StepGas {
   // Quantities of one part at its positions. Collective.
 
   /// States of its chambers; the pressure of a chamber of prescribed volume is its multiplier.
-  const std::vector<GasState>& states(std::size_t part);
+  const std::vector<GasState>& states(std::size_t part) {
+    evaluate();
+    return parts_[part].states;
+  }
   /// Gradient of the potential by the owned vertices (3 x owned) [N].
   Eigen::Matrix3Xd gradient(std::size_t part);
   /// The potential, summed over the ranks [J].

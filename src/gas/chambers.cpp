@@ -267,11 +267,6 @@ Chambers::Vessels Chambers::vessels(const GasExchange& exchange, int first) cons
   return result;
 }
 
-GasNetwork::Vessel Chambers::vessel(int chamber) const {
-  const Chamber& self = of(chamber);
-  return {self.options.law == GasLaw::isothermal, self.gamma, self.initial_volume};
-}
-
 /// The parts of the walls of chambers that vent, by the pieces of the surface.
 struct Chambers::WallParts {
   /// Chamber and piece.

@@ -147,7 +147,6 @@ class Chambers {
   // Joined chambers exchange gas or heat, by links, holes, leaks or heat transfer, or lie inside or round others. Their
   // laws are isothermal or adiabatic. Those that have not become parts of others are vessels of a network.
 
-  bool has_network() const { return !joined_.empty(); }
   /// Numbers of the joined chambers, ascending.
   const std::vector<int>& joined() const { return joined_; }
   bool is_joined(int chamber) const { return is_joined_[chamber]; }
@@ -162,7 +161,9 @@ class Chambers {
   };
   /// @param first number in the network of the first vessel
   Vessels vessels(const GasExchange& exchange, int first = 0) const;
-  GasNetwork::Vessel vessel(int chamber) const;
+  GasNetwork::Vessel vessel(int chamber) const {
+    return {of(chamber).options.law == GasLaw::isothermal, of(chamber).gamma, of(chamber).initial_volume};
+  }
   /// c_v of a mole of a joined chamber's gas [J/(mol K)].
   double heat_capacity(int chamber) const { return gas_constant / (of(chamber).gamma - 1); }
 

@@ -18,11 +18,6 @@ GasExchange::GasExchange(int chambers, int links)
   std::iota(inside.begin(), inside.end(), 0);
 }
 
-/// The vectors of numbers with one for each chamber.
-std::array<Eigen::VectorXd*, 9> GasExchange::of_chambers() {
-  return {&amount, &heat, &leak_amount, &leak_enthalpy, &wall_heat, &work, &first_energy, &volume, &reference_volume};
-}
-
 Eigen::VectorXd GasExchange::gas_volumes(const Eigen::VectorXd& walls) const {
   Eigen::VectorXd volumes = Eigen::VectorXd::Zero(chambers());
   for (int wall = 0; wall < chambers(); ++wall) {

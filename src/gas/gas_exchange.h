@@ -60,7 +60,10 @@ struct GasExchange {
   void add_part(int chamber);
 
  private:
-  std::array<Eigen::VectorXd*, 9> of_chambers();
+  /// The vectors of numbers with one for each chamber.
+  std::array<Eigen::VectorXd*, 9> of_chambers() {
+    return {&amount, &heat, &leak_amount, &leak_enthalpy, &wall_heat, &work, &first_energy, &volume, &reference_volume};
+  }
 };
 
 /// Properties of the walls of the chambers for their gas in a step.

@@ -20,8 +20,6 @@ namespace pellicle::world {
 
 namespace {
 
-const std::map<std::string, BodyOptions> no_bodies;
-
 /// Mean of the values at both ends of every local spring.
 std::array<std::vector<double>, 4> at_springs(const Sheet& sheet, const std::vector<double>& values) {
   std::array<std::vector<double>, 4> result;
@@ -241,7 +239,8 @@ bool PressureImpulse::fix(const Field& end) {
 ProjectedMotion::ProjectedMotion(const Sheet& sheet, const Options& options, State& state, StageClock& clock,
                                  Textures& textures, GasStage* gas)
     : SheetMotion(sheet, options, state, clock, gas, stiffness_of_contact(sheet, options)),
-      bodies_(sheet, body_contact_ != nullptr ? no_bodies : options.bodies, contact_thickness(sheet, options.contact)),
+      bodies_(sheet, balances_bodies(options) ? std::map<std::string, BodyOptions>() : options.bodies,
+              contact_thickness(sheet, options.contact)),
       projection_(
           sheet, options.project,
           at_springs(sheet, textures.values(sheet.uv, "project.weight_texture", options.project.weight_texture))) {

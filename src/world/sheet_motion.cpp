@@ -318,11 +318,6 @@ void SheetMotion::add_work() {
   state_.work += works;
 }
 
-StageResult SheetMotion::end(Step& step) {
-  find_velocities(step);
-  return result_of(body_fault(step));
-}
-
 Eigen::Vector3d SheetMotion::velocity_of_balance(PetscInt i) const {
   if (is_static()) {
     return Eigen::Vector3d::Zero();

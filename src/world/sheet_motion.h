@@ -21,7 +21,10 @@ class SheetMotion : public SurfaceMotion {
   void update_derived() override { set_lengths(); }
   StageResult begin(Step& step) override;
   StageResult take_balance(Step& step) override;
-  StageResult end(Step& step) override;
+  StageResult end(Step& step) override {
+    find_velocities(step);
+    return result_of(body_fault(step));
+  }
   void report(Report& report, const Step& step) const override;
   void draw(Picture& picture) const override;
 

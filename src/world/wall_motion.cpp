@@ -89,10 +89,6 @@ WallMotion::WallMotion(const Membrane& membrane, const Options& options, State& 
   if (wall_.preserve_volume) {
     volume_preservation_ = std::make_unique<VolumePreservation>(membrane, wall_, projectors, options.volume);
   }
-  for (PetscInt e = 0; e < membrane.elements.owned; ++e) {
-    rubber_volume_ += wall_.rest[e].volume;
-  }
-  rubber_volume_ = sum_over_ranks(membrane.comm(), rubber_volume_);
 }
 
 std::vector<bool> WallMotion::constrained() const {
@@ -296,12 +292,14 @@ std::string WallMotion::progress(const Step& /*step*/) const {
 }
 
 void WallMotion::report(Report& report, const Step& step) const {
-  const std::array<double, 2> sums{elements_.volume(state_.position, state_.thickness_ratio),
-                                   elements_.energy(state_.position, state_.thickness_ratio) +
-                                       (bending_ ? bending_->energy(state_.position, state_.thickness_ratio) : 0)};
+  std::array<double, 3> sums{elements_.volume(state_.position, state_.thickness_ratio),
+                             elements_.energy(state_.position, state_.thickness_ratio) +
+                                 (bending_ ? bending_->energy(state_.position, state_.thickness_ratio) : 0),
+                             0};
   // The largest values, and the negatives of the least, of thickness, thickness ratio and an element's volume ratio.
   Eigen::Array<double, 3, 2> maxima = Eigen::Array<double, 3, 2>::Constant(-HUGE_VAL);
   for (PetscInt e = 0; e < membrane_.elements.owned; ++e) {
+    sums[2] += wall_.rest[e].volume;
     if (elements_.stiffness(e) == 0) {
       continue;
     }
@@ -312,12 +310,12 @@ void WallMotion::report(Report& report, const Step& step) const {
     maxima.col(0) = maxima.col(0).max(values);
     maxima.col(1) = maxima.col(1).max(-values);
   }
-  const auto [volume, energy] = sum_over_ranks(membrane_.comm(), sums);
+  const auto [volume, energy, undeformed_volume] = sum_over_ranks(membrane_.comm(), sums);
   max_over_ranks(membrane_.comm(), maxima);
   if (maxima(0, 0) < 0) {  // Nothing is left.
     maxima.setZero();
   }
-  report.add("rubber_volume_ratio", "", volume / rubber_volume_);
+  report.add("rubber_volume_ratio", "", volume / undeformed_volume);
   report.add("thickness_min", "m", -maxima(0, 1));
   report.add("thickness_max", "m", maxima(0, 0));
   report.add("thickness_ratio_min", "", -maxima(1, 1));

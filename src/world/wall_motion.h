@@ -72,7 +72,6 @@ class WallMotion : public SurfaceMotion {
   std::unique_ptr<Potential> buoyancy_;  ///< forces of GasStage::uneven_forces; null: there are none
   std::optional<WallPart> wall_part_;
   std::unique_ptr<VolumePreservation> volume_preservation_;  ///< null: the wall's rule does not ask for it
-  double rubber_volume_ = 0;                                 ///< undeformed, of all ranks [m^3]
   std::vector<Eigen::Matrix3d> stress_;
 };
 
