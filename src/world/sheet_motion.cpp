@@ -113,10 +113,10 @@ SheetMotion::SheetMotion(const Sheet& sheet, const Options& options, State& stat
       pins_move_(
           std::any_of(options.pins.begin(), options.pins.end(), [](const auto& pin) { return pin.second.moves(); })),
       usual_stiffness_(contact_stiffness),
-      stiffness_(options.contact.stiffness.value_or(contact_stiffness)),
       constrained_(pins_.pinned()),
       size_(options.time.tolerance > 0 ? size_of(sheet) : 0) {
   mass_ = sheet.initial_mass;
+  stiffness_ = options.contact.stiffness.value_or(contact_stiffness);
   if (balances_bodies(options) && !options.bodies.empty()) {
     body_contact_ = std::make_unique<BodyContact>(sheet, options.bodies, options.contact, usual_stiffness_);
   }
@@ -316,13 +316,6 @@ void SheetMotion::add_work() {
   sum_over_ranks(sheet_.comm(), works);
   of(works, Work::damping) += viscous_work();
   state_.work += works;
-}
-
-Eigen::Vector3d SheetMotion::velocity_of_balance(PetscInt i) const {
-  if (is_static()) {
-    return Eigen::Vector3d::Zero();
-  }
-  return (state_.position.vector(i) - start_.vector(i)) / h_;
 }
 
 void SheetMotion::find_velocities(Step& step) {

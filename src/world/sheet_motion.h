@@ -37,7 +37,6 @@ class SheetMotion : public SurfaceMotion {
   std::string stage() const override { return "projection"; }
   const double* mass() const override { return state_.burning->mass.data(); }
   std::string progress(const Step& step) const override;
-  ContactSurface::Part contact_part() const override { return {&sheet_, options_.contact.thickness, stiffness_}; }
   std::vector<bool> constrained() const override { return constrained_; }
 
  protected:
@@ -65,7 +64,9 @@ class SheetMotion : public SurfaceMotion {
   /// Moves the particles by their velocities without springs, bodies and gas (burning paper, eq. 8 and 9).
   virtual void move_freely();
   /// Velocity of an owned particle where forces are in balance [m/s]. Not collective.
-  virtual Eigen::Vector3d velocity_of_balance(PetscInt i) const;
+  virtual Eigen::Vector3d velocity_of_balance(PetscInt i) const {
+    return is_static() ? Eigen::Vector3d::Zero() : Eigen::Vector3d((state_.position.vector(i) - start_.vector(i)) / h_);
+  }
   /// Moves the sheet from where forces are in balance to the end of the step.
   virtual void move_to_end() {}
   /// Finds velocities from the positions at the end of the step (eq. 13 and 15), and the loads on bodies.
@@ -79,7 +80,6 @@ class SheetMotion : public SurfaceMotion {
   bool pins_move_;                             ///< some are led along paths
   std::optional<SpringStress> spring_stress_;  ///< if the sheet can crack
   double usual_stiffness_;                     ///< of contact in steps of the deck's length [Pa/m]
-  double stiffness_;                           ///< of contact in the present step [Pa/m]
   // Data of the present step, of the local particles unless stated otherwise.
   Eigen::Matrix3Xd unconstrained_;    ///< positions without springs and bodies [m]
   std::vector<bool> constrained_;     ///< those that are pinned or have left

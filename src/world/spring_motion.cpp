@@ -53,14 +53,27 @@ class SpringMotion : public SheetMotion {
   StageResult begin_balance(Step& step) override;
   StageResult find_positions(Step& step) override;
   Eigen::Matrix3Xd gas_forces() override { return filled_->pressure_forces(); }
-  void add_spring_forces(Eigen::Matrix3Xd& sum) override;
+  void add_spring_forces(Eigen::Matrix3Xd& sum) override {
+    for (const Potential* potential : springs_->of_shape()) {
+      sum += forces_of(*potential);
+    }
+  }
   double viscous_work() const override {
     const double lasting = integrator_.is_second_order() ? integrator_.rate(h_) * h_ : 1;
     return lasting * springs_->viscous_work(state_.position);
   }
   void move_freely() override;
-  Eigen::Vector3d velocity_of_balance(PetscInt i) const override;
-  void move_to_end() override;
+  Eigen::Vector3d velocity_of_balance(PetscInt i) const override {
+    return integrator_.is_second_order()
+               ? Eigen::Vector3d(integrator_.rate(h_) * (state_.position.vector(i) - y_v_.vector(i)))
+               : SheetMotion::velocity_of_balance(i);
+  }
+  void move_to_end() override {
+    if (integrator_.is_second_order()) {
+      write_end(state_.position);
+      keep_what_has_left();
+    }
+  }
   void find_velocities(Step& step) override;
 
   std::unique_ptr<SpringSheet> springs_;
@@ -257,20 +270,6 @@ StageResult SpringMotion::find_positions(Step& step) {
   return result;
 }
 
-void SpringMotion::move_to_end() {
-  if (integrator_.is_second_order()) {
-    write_end(state_.position);
-    keep_what_has_left();
-  }
-}
-
-Eigen::Vector3d SpringMotion::velocity_of_balance(PetscInt i) const {
-  if (!integrator_.is_second_order()) {
-    return SheetMotion::velocity_of_balance(i);
-  }
-  return integrator_.rate(h_) * (state_.position.vector(i) - y_v_.vector(i));
-}
-
 void SpringMotion::find_velocities(Step& step) {
   if (!integrator_.is_second_order()) {
     SheetMotion::find_velocities(step);
@@ -280,12 +279,6 @@ void SpringMotion::find_velocities(Step& step) {
   const double error = find_end(constrained_);
   if (options_.time.tolerance > 0) {
     step.error = max_over_ranks(sheet_.comm(), error) / size_;
-  }
-}
-
-void SpringMotion::add_spring_forces(Eigen::Matrix3Xd& sum) {
-  for (const Potential* potential : springs_->of_shape()) {
-    sum += forces_of(*potential);
   }
 }
 

@@ -30,6 +30,7 @@ class SurfaceMotion : public MotionStage {
   const std::vector<bool>& pinned() const override { return pins_.pinned(); }
   std::string start_fault() const override { return body_contact_ != nullptr ? body_contact_->start_fault() : ""; }
   const std::vector<Body>& bodies() const override;
+  ContactSurface::Part contact_part() const override { return {&surface_, options_.contact.thickness, stiffness_}; }
 
  protected:
   /// All must outlive it. Collective. @param gas of its chambers; null: it has none
@@ -79,6 +80,7 @@ class SurfaceMotion : public MotionStage {
   TimeIntegrator integrator_;
   Pins pins_;
   std::optional<AirDrag> air_;                 ///< if there is air
+  double stiffness_ = 0;                       ///< of contact in the present step [Pa/m]
   std::unique_ptr<BodyContact> body_contact_;  ///< bodies whose pressing is brought into balance; null: there are none
   std::optional<GasFilledPart> filled_;        ///< if there are chambers
   std::optional<PathPart> path_;               ///< by arc length

@@ -39,9 +39,6 @@ class WallMotion : public SurfaceMotion {
   std::vector<std::string> remarks() const override;
 
   std::string stage() const override { return "implicit step"; }
-  ContactSurface::Part contact_part() const override {
-    return {&membrane_, options_.contact.thickness, options_.contact.stiffness.value_or(usual_stiffness_)};
-  }
   std::vector<bool> constrained() const override;
   const double* mass() const override { return mass_.data(); }
   const std::vector<Eigen::Matrix3d>& stress() override;
@@ -65,7 +62,6 @@ class WallMotion : public SurfaceMotion {
   Wall wall_;
   PrismElements elements_;
   PointLoads loads_;
-  double usual_stiffness_;               ///< of contact [Pa/m]
   std::optional<WallBending> bending_;   ///< unless the wall has none
   std::unique_ptr<Potential> hold_;      ///< of vertices that have left; null: nothing burns
   std::unique_ptr<Potential> drag_;      ///< of the air; null: there is none
