@@ -23,7 +23,7 @@ struct WallModel {
   PointLoads& loads;
   const std::vector<double>& mass;   ///< of the owned vertices [kg]
   Eigen::Vector3d gravity;           ///< [m/s^2]
-  std::vector<Potential*> others{};  ///< further potentials of the vertices' positions
+  std::vector<Potential*> others{};  ///< further potentials of the vertices' positions, which begin a step before
 };
 
 /// Start of an implicit step.
@@ -72,7 +72,7 @@ class WallPart : public PartOfPotentials {
 
   /// Forces but those of inertia and gas at a moment, in the directions in which the vertices may move (3 x owned) [N].
   /// Ends the present step. Collective.
-  /// @param start whose `h` is used for friction alone, as the time of motion at the present velocities
+  /// @param start whose `h` has no effect: velocities are the present ones
   Eigen::Matrix3Xd forces_at(const Field& position, const StepStart& start);
 
   /// Work in a step to `end` by the forces at their balance. Collective.
