@@ -15,33 +15,34 @@ AirDrag::AirDrag(const Surface& surface, const AirOptions& options)
       resistance_(surface.particles.owned, Eigen::Matrix3d::Zero()),
       impulse_(Eigen::Matrix3Xd::Zero(3, surface.particles.owned)) {}
 
-void AirDrag::begin_step(const AirInput& input) {
+void AirDrag::begin_step(const Field& position, const Field& velocity, const std::vector<double>& mass,
+                         const std::vector<bool>* active, double time) {
   const PetscInt owned = surface_.particles.owned;
   resistance_.assign(owned, Eigen::Matrix3d::Zero());
   impulse_.setZero(3, owned);
-  wind_.set_time(input.time_end);
+  wind_.set_time(time);
   for (std::size_t t = 0; t < surface_.triangles.size(); ++t) {
-    if (input.active != nullptr && !(*input.active)[t]) {
+    if (active != nullptr && !(*active)[t]) {
       continue;
     }
     const std::array<PetscInt, 3>& triangle = surface_.triangles[t];
-    const auto [x0, x1, x2] = places_of_triangle(surface_, input.position.data(), t);
+    const auto [x0, x1, x2] = places_of_triangle(surface_, position.data(), t);
     const Eigen::Vector3d area_vector = (x1 - x0).cross(x2 - x0) / 2;
     const double area = area_vector.norm();
     if (area == 0) {
       continue;
     }
     std::array<double, 3> fraction = surface_.point_shares();
-    if (surface_.has_quads() && input.mass[triangle[2]] == 0) {
+    if (surface_.has_quads() && mass[triangle[2]] == 0) {
       fraction = {0.5, 0.5, 0};
     }
-    Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
+    Eigen::Vector3d mean_velocity = Eigen::Vector3d::Zero();
     for (std::size_t k = 0; k < 3; ++k) {
-      velocity += fraction[k] * input.velocity.vector(triangle[k]);
+      mean_velocity += fraction[k] * velocity.vector(triangle[k]);
     }
     const Eigen::Vector3d wind = wind_.at((x0 + x1 + x2) / 3);
     const Eigen::Vector3d normal = area_vector / area;
-    const Eigen::Vector3d u = wind - velocity;
+    const Eigen::Vector3d u = wind - mean_velocity;
     const Eigen::Vector3d u_n = u.dot(normal) * normal;
     const double across = options_.density * area / 2 * options_.drag * u_n.norm();
     const double along = options_.density * area / 2 * options_.skin_drag * (u - u_n).norm();
@@ -55,14 +56,6 @@ void AirDrag::begin_step(const AirInput& input) {
       }
     }
   }
-}
-
-void AirDrag::begin_step_within(const AirInput& input, const Field& acceleration, double reach) {
-  Field position(surface_.particles, 3);
-  Field velocity(surface_.particles, 3);
-  position.values() = input.position.values() + reach * input.velocity.values();
-  velocity.values() = input.velocity.values() + reach * acceleration.values();
-  begin_step({position, velocity, input.mass, input.active, input.time_end});
 }
 
 void AirDrag::accelerate(Field& velocity, const std::vector<double>& mass, double h) const {

@@ -1,22 +1,15 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 #include <vector>
 
 #include "air/wind.h"
+#include "energies/vertex_potential.h"
 #include "parallel/field.h"
 #include "surface/surface.h"
 
 namespace pellicle::air {
-
-/// Data of a step for the drag.
-struct AirInput {
-  const Field& position;                      ///< at the start of the step [m], ghosts up to date
-  const Field& velocity;                      ///< at the start of the step [m/s], ghosts up to date
-  const std::vector<double>& mass;            ///< of a sheet's local particles; 0: no force acts on it [kg]
-  const std::vector<bool>* active = nullptr;  ///< surface triangles that live; null: all
-  double time_end = 0;                        ///< time at which the wind is taken [s]
-};
 
 /// The drag of the air on a surface: on each surface triangle of area A by the cross-flow principle (Hoerner,
 /// Fluid-Dynamic Drag, 1965, 3-11), normal and tangential parts apart,
@@ -38,10 +31,11 @@ class AirDrag {
   AirDrag(const Surface& surface, const AirOptions& options);
 
   /// Sets D and b for the step. Not collective.
-  void begin_step(const AirInput& input);
-  /// Sets D and b at the positions and velocities that those of the input reach in a time [s] by their accelerations,
-  /// as a step of generalized alpha balances forces on its way. Not collective. @param acceleration [m/s^2]
-  void begin_step_within(const AirInput& input, const Field& acceleration, double reach);
+  /// @param position, velocity where the drag is taken, as at the start of the step [m], [m/s], ghosts up to date
+  /// @param mass of a sheet's local particles; 0: no force acts on it [kg]
+  /// @param active surface triangles that live; null: all @param time at which the wind is taken [s]
+  void begin_step(const Field& position, const Field& velocity, const std::vector<double>& mass,
+                  const std::vector<bool>* active, double time);
 
   /// D_i [N s/m] and b_i [N] of an owned particle; 0 before the first step.
   const Eigen::Matrix3d& resistance(PetscInt i) const { return resistance_[i]; }
@@ -60,5 +54,24 @@ class AirDrag {
   std::vector<Eigen::Matrix3d> resistance_;  ///< D of the owned particles
   Eigen::Matrix3Xd impulse_;                 ///< b of the owned particles
 };
+
+/// The drag of an implicit step as a potential of the positions x at its end,
+///
+///     sum_i c (x_i - x_v,i).D_i (x_i - x_v,i) / 2 - b_i.(x_i - x^n_i),
+///
+/// whose gradient is D v - b with the step's velocity v = c (x - x_v). So a vertex at rest bears the whole drag, and
+/// its other forces are not damped. Layout, drag and start must outlive it.
+/// @param start x^n [m] @param rate gives c [1/s] @param y_v of an owned vertex gives x_v [m]
+template <class Rate, class Still>
+std::unique_ptr<Potential> make_drag_potential(const Layout& vertices, const AirDrag& drag, const Field& start,
+                                               Rate rate, Still y_v) {
+  return make_vertex_potential(vertices, [&drag, &start, rate, y_v](PetscInt i, const Eigen::Vector3d& x) {
+    const Eigen::Matrix3d stiffness = rate() * drag.resistance(i);
+    const Eigen::Vector3d moved = x - y_v(i);
+    const Eigen::Vector3d push = drag.push(i);
+    return PointPotential{moved.dot(stiffness * moved) / 2 - push.dot(x - start.vector(i)), stiffness * moved - push,
+                          stiffness};
+  });
+}
 
 }  // namespace pellicle::air

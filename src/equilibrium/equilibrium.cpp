@@ -46,7 +46,7 @@ void Equilibrium::share_gas() {
     const bool is_balanced = object.motion->part() != nullptr;
     if (gas != nullptr && gas->gas_part().chambers->has_links_elsewhere()) {
       filled.push_back(gas->gas_part());
-      filled.back().object = object.name;
+      filled.back().name = object.name;
       sharing.push_back(gas);
       part_of.push_back(is_balanced ? number : 0);
     }

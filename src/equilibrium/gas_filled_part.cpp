@@ -63,7 +63,11 @@ GasFilledPart::GasFilledPart(StepPart& part, StepGas::Part gas, SetLoad set_load
 }
 
 Eigen::Matrix3Xd GasFilledPart::forces_at(double time) {
-  StepGas gas({own_});
+  GasStep still = *own_.step;
+  still.h = 0;
+  StepGas::Part own = own_;
+  own.step = &still;
+  StepGas gas({own});
   gas.begin_step(time);
   return -gas.gradient(0);
 }
@@ -74,11 +78,6 @@ void GasFilledPart::begin_step(const Eigen::VectorXd& pressure, double time_of_b
   gas_->begin_step(time_of_balance);
   gas_->set_multiplier(number_, pressure(prescribed()));
   gas_->balance(number_, *this);
-}
-
-void GasFilledPart::set_time(double time) {
-  time_ = time;
-  gas_->set_time(time);
 }
 
 Eigen::VectorXd GasFilledPart::pressures() {

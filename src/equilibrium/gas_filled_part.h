@@ -1,7 +1,6 @@
 #pragma once
 
 #include <functional>
-#include <memory>
 #include <vector>
 
 #include "energies/potential.h"
@@ -53,7 +52,10 @@ class GasFilledPart : public ExtendedPart, public GasFilled {
   /// step [s]
   void begin_step(const Eigen::VectorXd& pressure, double time_of_balance, double time, double h);
   /// By arc length: changes the time of the loads [s].
-  void set_time(double time);
+  void set_time(double time) {
+    time_ = time;
+    gas_->set_time(time);
+  }
   /// Forces of the gas on the owned vertices at a moment, where the part is (3 x owned) [N]: no gas flows, and links of
   /// chambers have no effect. Collective. @param time [s]
   Eigen::Matrix3Xd forces_at(double time);

@@ -7,7 +7,6 @@
 #include <functional>
 #include <limits>
 #include <utility>
-#include <vector>
 
 #include "base/error.h"
 #include "linear/ksp.h"
@@ -19,50 +18,19 @@ namespace {
 /// Share by which an indefinite tangent is moved towards the positive one at a time; 1 is the positive one.
 constexpr double share_step = 0.125;
 
-/// Ratios of the objective's fall in a Newton step to the predicted fall: below the first the step was too long, above
-/// the second the next one may be longer.
-constexpr double poor_ratio = 0.25;
-constexpr double good_ratio = 0.9;
-
 /// Iterations of a linear solve before the tangent is factorised instead, at the cost of some 250
 /// (docs/performance.md).
 constexpr int most_linear_iterations = 100;
 
-/// Number of vertices beyond which a factor takes too much memory, unless the user asks for it.
-constexpr PetscInt most_vertices_to_factorise = 200000;
-
-/// If the tangent is not positive definite, the objective may rise to the largest of this number of its last values, by
-/// at most this multiple of the predicted fall.
-constexpr std::size_t most_last_values = 8;
-constexpr double most_rise = 16;
-
 /// Rounding of forces over their scale.
 constexpr double rounding_of_forces = 20 * std::numeric_limits<double>::epsilon();
 
-/// Negligible forces over their scale: they displace nothing by more than this fraction of its size.
-constexpr double negligible = 1e-6;
-
-/// Tolerance from which on conjugate gradients use one reduction an iteration, which rounds more.
-constexpr double largest_rtol_of_single_reductions = 1e-2;
-
-/// Residual over forces below which Newton's method is quadratic: above, the exact tangent of a sheet is seldom
-/// positive definite, or no better. With much contact a smaller share, in the wind a larger one saves a little.
-constexpr double error_near_end = 0.1;
-
-/// Tolerance below which the exact tangent then saves iterations: at coarser ones the method ends before.
-constexpr double worth_exact = 1e-2;
-
-/// Largest relative tolerance for SNES.
-constexpr double largest_rtol = 0.5;
-
-/// Most steps until iterations are tried again.
-constexpr int most_steps_to_factorise = 8;
-
 /// Whether the tangent may be factorised if iterations fail: not if the user has chosen the solver.
 bool may_factorise(const NewtonOptions& options, PetscInt vertices) {
+  constexpr PetscInt most_vertices = 200000;  // Beyond, a factor takes too much memory unless the user asks for it.
   return options.factor == TangentFactorisation::automatic &&
          !any_is_given(options.solver_prefix, {"pc_type", "ksp_type", "ksp_max_it"}) &&
-         options.mat_type != TangentMatrix::shell && vertices <= most_vertices_to_factorise;
+         options.mat_type != TangentMatrix::shell && vertices <= most_vertices;
 }
 
 /// Whether Newton's method may go on with a renewed energy: also after some failures.
@@ -71,11 +39,12 @@ bool may_go_on(const NewtonResult& newton) {
 }
 
 KspDefaults solver_defaults(const NewtonOptions& options, bool suits_patches, bool may_factorise) {
+  constexpr double single_reductions_from = 1e-2;  // They save a reduction an iteration, but round more.
   KspDefaults defaults;
   const PCType with_all_entries = suits_patches ? PCMG : PCPBJACOBI;
   defaults.preconditioner = options.mat_type == TangentMatrix::sbaij ? PCBJACOBI : with_all_entries;
   defaults.rtol = options.linear_rtol();
-  defaults.single_reduction = defaults.rtol >= largest_rtol_of_single_reductions;
+  defaults.single_reduction = defaults.rtol >= single_reductions_from;
   defaults.max_iterations = may_factorise ? most_linear_iterations : 10000;
   defaults.fields = {"x", "y", "z"};
   return defaults;
@@ -91,6 +60,7 @@ ImplicitStep::ImplicitStep(StepObjective& objective, const NewtonOptions& option
       system_(objective.tangent().matrix(), objective.columns(), options.solver_prefix,
               solver_defaults(options_, objective.suits_patches(), may_factorise_)) {
   // SNES needs a tolerance below 1. A part's own tolerance is used in the scaling of residuals.
+  constexpr double largest_rtol = 0.5;
   options_.snes_rtol = std::min(options_.snes_rtol, largest_rtol);
   const PC pc = preconditioner_of(system_.solver());
   is_direct_ = has_type(system_.solver(), {KSPPREONLY});
@@ -197,6 +167,7 @@ ImplicitResult ImplicitStep::advance(double h) {
 
 /// Checks the residual at which SNES has ended.
 void ImplicitStep::judge(const NewtonResult& newton, ImplicitResult& result) {
+  constexpr double negligible = 1e-6;  // of forces over their scale: they displace nothing by more of its size
   objective_.compute_residual(newton_->residual());  // SNES need not have computed it: with ksponly it has not.
   const double largest = objective_.residual_scale(options_.snes_rtol);
   check(VecNorm(newton_->residual(), NORM_2, &result.residual));
@@ -304,6 +275,12 @@ PetscBool ImplicitStep::reuses_preconditioner(const NewtonRequest& request) {
 /// The share of the positive tangent (StepObjective::update_tangent) at the start of an iteration: the last one's,
 /// reduced if the objective fell as the tangent predicted, otherwise increased.
 double ImplicitStep::next_share() {
+  // The residual over forces below which Newton's method is quadratic: above, the exact tangent of a sheet is seldom
+  // positive definite, or no better. With much contact a smaller share, in the wind a larger one saves a little.
+  constexpr double error_near_end = 0.1;
+  constexpr double worth_exact = 1e-2;  // With a coarser tolerance the method ends before the exact tangent pays.
+  constexpr double poor_ratio = 0.25;   // of the fall to the predicted one: below it the step was too long,
+  constexpr double good_ratio = 0.9;    // and above this one the next one may be longer
   if (options_.far == FarTangent::positive) {
     const bool may_be_exact = exact_serves_ && options_.snes_rtol < worth_exact;
     return may_be_exact && objective_.residual_norm() <= error_near_end * objective_.residual_scale(options_.snes_rtol)
@@ -371,6 +348,7 @@ LinearResult ImplicitStep::solve(Vec right_hand_side, Vec solution) {
 
 /// Solves with the present tangent; if iterations fail, it is factorised from now on, if that is allowed.
 LinearResult ImplicitStep::solve_or_factorise(Vec right_hand_side, Vec solution) {
+  constexpr int most_steps_to_factorise = 8;  // until iterations are tried again
   LinearResult result = solve_once(right_hand_side, solution);
   const bool has_failed = result.solved == Solved::no || result.solved == Solved::bad_preconditioner;
   if (has_failed && may_factorise_ && !is_factorised_) {
@@ -444,6 +422,10 @@ std::optional<double> ImplicitStep::search(const NewtonStep& step) {
     before += weight * error;
     slope = 0;  // only a decrease is asked for
   } else if (options_.newton == NewtonEnd::converged) {
+    // With a tangent that is not positive definite it may rise to the largest of so many of its last values, by at most
+    // so many times the predicted fall.
+    constexpr std::size_t most_last_values = 8;
+    constexpr double most_rise = 16;
     last_values_.push_back(before);
     if (last_values_.size() > most_last_values) {
       last_values_.erase(last_values_.begin());

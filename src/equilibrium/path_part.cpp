@@ -8,9 +8,11 @@
 
 namespace pellicle::equilibrium {
 
-PathPart::PathPart(StepPart& part, Loads loads, const std::vector<double>& mass, double arc_length)
+PathPart::PathPart(StepPart& part, std::function<void(double)> set_time, const Pins& pins,
+                   const std::vector<double>& mass, double arc_length)
     : ExtendedPart(part),
-      loads_(std::move(loads)),
+      set_time_(std::move(set_time)),
+      pins_(pins),
       mass_(mass),
       arc_length_(arc_length),
       direction_(part.vertices(), 3),
@@ -21,7 +23,6 @@ PathPart::PathPart(StepPart& part, Loads loads, const std::vector<double>& mass,
 void PathPart::begin_step(double time, double h, const Field& direction) {
   time_ = time;
   h_ = h;
-  length_ = arc_length_ * h;
   direction_.values() = direction.values();
   if (sum_over_ranks(vertices().comm, direction_.values().squaredNorm()) > 0) {
     return;
@@ -53,26 +54,22 @@ void PathPart::write_direction(const Field& position, Field& direction) const {
   set_unit_length(direction);
 }
 
-/// Distance of x along the path [m]. Collective.
-double PathPart::along_path() const {
-  double sum = 0;
+Eigen::VectorXd PathPart::own_rows() const {
+  double along_path = 0;
   for (PetscInt i = 0; i < vertices().owned; ++i) {
-    sum += mass_[i] / total_mass_ * direction_.vector(i).dot(position().vector(i) - start().vector(i));
+    along_path += mass_[i] / total_mass_ * direction_.vector(i).dot(position().vector(i) - start().vector(i));
   }
-  return sum_over_ranks(vertices().comm, sum);
+  along_path = sum_over_ranks(vertices().comm, along_path);
+  return Eigen::VectorXd::Constant(1, force_scale() / length_scale() * (along_path - arc_length_ * h_));
 }
 
 bool PathPart::move_to(const Field& position, const Eigen::VectorXd& own) {
   if (std::exchange(time_, own[0]) != own[0]) {
-    loads_.set_time(time_);
+    set_time_(time_);
   }
   position_.values() = position.values();
-  loads_.move_pinned(position_, time_);
+  pins_.impose(position_, time_);
   return part_.move_to(position_, {});
-}
-
-Eigen::VectorXd PathPart::own_rows() const {
-  return Eigen::VectorXd::Constant(1, force_scale() / length_scale() * (along_path() - length_));
 }
 
 Eigen::VectorXd PathPart::load_rate() {

@@ -3,6 +3,7 @@
 #include <functional>
 #include <vector>
 
+#include "constraints/pins.h"
 #include "energies/step_part.h"
 
 namespace pellicle::equilibrium {
@@ -13,16 +14,12 @@ namespace pellicle::equilibrium {
 /// include free motions only.
 class PathPart : public ExtendedPart {
  public:
-  /// How loads change with time [s]; called on all ranks.
-  struct Loads {
-    std::function<void(double)> set_time;             ///< forces on the part, which is to forget its values
-    std::function<void(Field&, double)> move_pinned;  ///< writes the places of what is pinned, ghosts too
-  };
-
   /// All must outlive it. Collective.
+  /// @param set_time changes the time of the loads on the part [s], which is to forget its values; called on all ranks
   /// @param mass of the owned vertices, at least @param arc_length root-mean-square displacement of the free vertices
   /// in a second [m/s]
-  PathPart(StepPart& part, Loads loads, const std::vector<double>& mass, double arc_length);
+  PathPart(StepPart& part, std::function<void(double)> set_time, const Pins& pins, const std::vector<double>& mass,
+           double arc_length);
 
   /// Begins a step, after the part. Newton's first iteration follows the tangent of the path. Collective.
   /// @param time of the loads at its start [s] @param h [s]
@@ -44,18 +41,17 @@ class PathPart : public ExtendedPart {
   Eigen::VectorXd load_rate() override;
 
  private:
-  double along_path() const;
   void set_unit_length(Field& direction) const;
 
-  Loads loads_;
+  std::function<void(double)> set_time_;
+  const Pins& pins_;
   const std::vector<double>& mass_;
   double total_mass_ = 0;  ///< [kg]
   double arc_length_;      ///< [m/s]
   double time_ = 0;
   double h_ = 0;
-  double length_ = 0;  ///< s [m]
-  Field direction_;    ///< c
-  Field position_;     ///< x with what is pinned in its places
+  Field direction_;  ///< c
+  Field position_;   ///< x with what is pinned in its places
 };
 
 }  // namespace pellicle::equilibrium

@@ -28,14 +28,6 @@ constexpr std::array<GaussPoint, 4> four_points{{{0.06943184420297371, 0.1739274
                                                  {0.6699905217924281, 0.32607257743127307},
                                                  {0.9305681557970262, 0.17392742256872692}}};
 
-std::vector<FlowingGas::Object> objects_of(const std::vector<StepGas::Part>& parts) {
-  std::vector<FlowingGas::Object> objects;
-  std::transform(parts.begin(), parts.end(), std::back_inserter(objects), [](const StepGas::Part& part) {
-    return FlowingGas::Object{part.object, part.chambers, part.gas_step};
-  });
-  return objects;
-}
-
 }  // namespace
 
 LowRank projected(LowRank low_rank, const Projectors& projectors) {
@@ -48,7 +40,7 @@ LowRank projected(LowRank low_rank, const Projectors& projectors) {
   return low_rank;
 }
 
-StepGas::StepGas(const std::vector<Part>& parts) : flow_(objects_of(parts)) {
+StepGas::StepGas(const std::vector<Part>& parts) : flow_({parts.begin(), parts.end()}) {
   for (const Part& part : parts) {
     Own& own = parts_.emplace_back();
     static_cast<Part&>(own) = part;
@@ -69,21 +61,6 @@ void StepGas::begin_step(double time) {
   ended_.clear();
   of_tangent_.clear();
   set_time(time);
-}
-
-void StepGas::set_time(double time) {
-  time_ = time;
-  move();
-}
-
-void StepGas::set_response(std::size_t part, FlowingGas::Response response) {
-  responses_[part] = std::move(response);
-  move();
-}
-
-const Eigen::VectorXd& StepGas::walls(std::size_t part) {
-  evaluate();
-  return walls_[part];
 }
 
 /// The gas of all parts at their present positions. Collective.
@@ -107,11 +84,6 @@ void StepGas::evaluate() {
     }
   }
   is_evaluated_ = true;
-}
-
-const std::vector<GasState>& StepGas::states(std::size_t part) {
-  evaluate();
-  return parts_[part].states;
 }
 
 void StepGas::set_multiplier(std::size_t part, const Eigen::VectorXd& pressure) {
@@ -186,7 +158,9 @@ LowRank StepGas::begin_tangent(std::size_t part, double left) {
   for (int chamber = 0; chamber < own.chambers->count(); ++chamber) {
     double stiffness = 0;
     if (own.chambers->prescribes_volume(chamber)) {
-      stiffness = bordering_stiffness(own, chamber);
+      const double volume = std::abs(own.states[chamber].volume);
+      const double pressure = std::abs(own.states[chamber].pressure);
+      stiffness = 10 * (pressure + own.force_scale / std::pow(volume, 2.0 / 3)) / volume;
     } else if (!own.chambers->is_joined(chamber)) {
       stiffness = -rank_one_share(own.tangent) * own.states[chamber].pressure_slope;
     }
@@ -246,12 +220,6 @@ std::vector<double> StepGas::load_pressure(std::size_t part) {
   return pressure;
 }
 
-double StepGas::bordering_stiffness(const Own& own, int chamber) const {
-  const double volume = std::abs(own.states[chamber].volume);
-  const double pressure = std::abs(own.states[chamber].pressure);
-  return 10 * (pressure + own.force_scale / std::pow(volume, 2.0 / 3)) / volume;
-}
-
 /// Volume that walls of some chambers, without the caps of holes, sweep straight from x^n to `end`; 0 of other chambers
 /// [m^3]. By Simpson's rule, which is exact, since dW/dx is a square of the positions. Collective.
 Eigen::VectorXd StepGas::swept_by_rest(Own& own, const Field& end, bool (Chambers::*is_one)(int) const) {
@@ -291,24 +259,12 @@ Eigen::VectorXd StepGas::swept_by_caps(Own& own, const Field& end, const Eigen::
   return caps;
 }
 
-/// The gas of all parts for given volumes within their walls.
-std::vector<std::vector<GasState>> StepGas::states_at(FlowingGas::Walls walls) const {
-  walls = flow_.moved_walls(std::move(walls), responses_, time_);
-  const GasNetwork::End end = flow_.solve(flow_.network_step(walls, time_));
-  std::vector<std::vector<GasState>> states;
-  for (std::size_t part = 0; part < parts_.size(); ++part) {
-    states.push_back(flow_.end_states(part, walls, time_, end));
-  }
-  return states;
-}
-
 /// Work of joined gas of all parts since the last tangent: along a straight line of all W, or for walls with holes, on
 /// whose caps no pressure acts, of all positions. Collective.
 void StepGas::find_work() {
-  if (has_work_) {
+  if (std::exchange(has_work_, true)) {
     return;
   }
-  has_work_ = true;
   evaluate();
   for (Own& own : parts_) {
     own.work = 0;
@@ -317,7 +273,7 @@ void StepGas::find_work() {
       std::equal(parts_.begin(), parts_.end(), of_tangent_.begin(), of_tangent_.end(),
                  [](const Own& own, const Eigen::VectorXd& walls) { return own.is_pushed || walls.size() > 0; });
   if (!has_tangent ||
-      std::none_of(parts_.begin(), parts_.end(), [](const Own& own) { return own.chambers->has_network(); })) {
+      std::all_of(parts_.begin(), parts_.end(), [](const Own& own) { return own.chambers->joined().empty(); })) {
     return;
   }
   if (std::all_of(parts_.begin(), parts_.end(), [](const Own& own) { return own.chambers->rims().empty(); })) {
@@ -347,7 +303,8 @@ void StepGas::integrate(const Points& points, bool over_volumes) {
         walls[part] = own.chambers->volumes(own.between);
       }
     }
-    const std::vector<std::vector<GasState>> states = states_at(walls);
+    walls = flow_.moved_walls(std::move(walls), responses_, time_);
+    const GasNetwork::End end = flow_.solve(flow_.network_step(walls, time_));
     for (std::size_t part = 0; part < parts_.size(); ++part) {
       Own& own = parts_[part];
       if (own.is_pushed) {
@@ -359,8 +316,9 @@ void StepGas::integrate(const Points& points, bool over_volumes) {
         const Eigen::Matrix3Xd moved = own.position->values() - own.of_tangent;
         rates = gradients.transpose() * moved.leftCols(gradients.rows() / 3).reshaped();
       }
+      const std::vector<GasState> states = flow_.end_states(part, walls, time_, end);
       for (const int chamber : own.chambers->joined()) {
-        own.work += weight * states[part][chamber].pressure * rates[chamber];
+        own.work += weight * states[chamber].pressure * rates[chamber];
       }
     }
   }

@@ -25,12 +25,9 @@ namespace pellicle::equilibrium {
 class StepGas {
  public:
   /// All must outlive it; positions are those that the parts go through.
-  struct Part {
-    std::string object;  ///< name by which links of other objects know the part
-    const Chambers* chambers = nullptr;
-    const GasStep* gas_step = nullptr;  ///< data of its gas, which may change between calls
-    const Field* start = nullptr;       ///< positions x^n at the start of the step [m]
-    const Field* position = nullptr;    ///< positions x of the iteration [m]
+  struct Part : FlowingGas::Object {
+    const Field* start = nullptr;     ///< positions x^n at the start of the step [m]
+    const Field* position = nullptr;  ///< positions x of the iteration [m]
     GasTangent tangent = GasTangent::exact;
     double force_scale = 0;  ///< StepPart::force_scale [N]
     /// Writes the positions at the end of the step, if forces are in balance at an earlier time; empty: the positions
@@ -46,12 +43,21 @@ class StepGas {
   /// Begins the step; the gas steps of all parts must have begun. @param time at which forces are in balance [s]
   void begin_step(double time);
   /// Changes the time of the loads [s].
-  void set_time(double time);
+  void set_time(double time) {
+    time_ = time;
+    move();
+  }
   /// Sets how the pressures across the walls of a part that is pushed move them in this step.
-  void set_response(std::size_t part, FlowingGas::Response response);
+  void set_response(std::size_t part, FlowingGas::Response response) {
+    responses_[part] = std::move(response);
+    move();
+  }
   /// The volumes W of the chambers of a part with its pressures [m^3]; those of a part that is pushed follow from its
   /// response. Collective.
-  const Eigen::VectorXd& walls(std::size_t part);
+  const Eigen::VectorXd& walls(std::size_t part) {
+    evaluate();
+    return walls_[part];
+  }
   /// Must be called when the positions of a part have changed.
   void move() {
     is_evaluated_ = false;
@@ -63,7 +69,10 @@ class StepGas {
   // Quantities of one part at its positions. Collective.
 
   /// States of its chambers; the pressure of a chamber of prescribed volume is its multiplier.
-  const std::vector<GasState>& states(std::size_t part);
+  const std::vector<GasState>& states(std::size_t part) {
+    evaluate();
+    return parts_[part].states;
+  }
   /// Gradient of the potential by the owned vertices (3 x owned) [N].
   Eigen::Matrix3Xd gradient(std::size_t part);
   /// The potential, summed over the ranks [J].
@@ -108,13 +117,11 @@ class StepGas {
   };
 
   void evaluate();
-  std::vector<std::vector<GasState>> states_at(FlowingGas::Walls walls) const;
   void find_work();
   template <class Points>
   void integrate(const Points& points, bool over_volumes);
   Eigen::VectorXd swept_by_rest(Own& own, const Field& end, bool (Chambers::*is_one)(int) const);
   Eigen::VectorXd swept_by_caps(Own& own, const Field& end, const Eigen::VectorXd& walls);
-  double bordering_stiffness(const Own& own, int chamber) const;
 
   std::vector<Own> parts_;
   FlowingGas flow_;

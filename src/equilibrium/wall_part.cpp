@@ -1,13 +1,11 @@
 #include "equilibrium/wall_part.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
 #include <utility>
 
-#include "base/error.h"
 #include "energies/vertex_potential.h"
 #include "parallel/collective.h"
 
@@ -45,9 +43,6 @@ WallPart::WallPart(const WallModel& model, const PrismOptions& options, const Ti
   potentials_ = {&wall_, &damping_};
   add_vertex_potentials();
   potentials_.insert(potentials_.end(), model_.others.begin(), model_.others.end());
-  if (model_.bodies != nullptr) {
-    potentials_.push_back(model_.bodies);
-  }
 
   // Scale of the wall's forces: the energy of a wall stretched by half, over the square root of its area. Extrapolated
   // from a small stretch, since not every material can be stretched that far.
@@ -73,18 +68,13 @@ void WallPart::add_vertex_potentials() {
     potential = make_vertex_potential(vertices_, function);
     potentials_.push_back(potential.get());
   };
-  if (integrator_.is_static()) {
+  if (integrator_.is_static() || options_.inertia) {
     add(inertia_, [this](PetscInt i, const Eigen::Vector3d& x) {
-      constexpr double fraction = 1e-6;  // of the stiffness of the wall
-      const double stiffness = fraction * force_scale_ / length_scale_ * model_.mass[i] / total_mass_;
-      const Eigen::Vector3d away = x - start_.vector(i);
-      return PointPotential{stiffness / 2 * away.squaredNorm(), stiffness * away,
-                            stiffness * Eigen::Matrix3d::Identity()};
-    });
-  } else if (options_.inertia) {
-    add(inertia_, [this](PetscInt i, const Eigen::Vector3d& x) {
-      const double stiffness = model_.mass[i] * integrator_.inertia(h_);
-      const Eigen::Vector3d away = x - y_a_.col(i);
+      constexpr double fraction = 1e-6;  // of the stiffness of the wall, in statics
+      const double mass = model_.mass[i];
+      const double stiffness = integrator_.is_static() ? fraction * force_scale_ / length_scale_ * mass / total_mass_
+                                                       : mass * integrator_.inertia(h_);
+      const Eigen::Vector3d away = x - (integrator_.is_static() ? Eigen::Vector3d(start_.vector(i)) : y_a_.col(i));
       return PointPotential{stiffness / 2 * away.squaredNorm(), stiffness * away,
                             stiffness * Eigen::Matrix3d::Identity()};
     });
@@ -104,14 +94,11 @@ double WallPart::work_of(const Potential& potential, const Field& end) const {
   return -gradient.cwiseProduct((end.values() - start_.values()).leftCols(owned())).sum();
 }
 
-StepWork WallPart::work(const Field& end, const Field& start_velocity, const Eigen::Matrix3Xd* of_gas) {
+StepWork WallPart::work(const Field& end, const Field& start_velocity, const Eigen::Matrix3Xd& of_gas) {
   const Eigen::Matrix3Xd moved = (end.values() - start_.values()).leftCols(owned());
-  std::array<double, 6> sums{work_of(*weight_, end),
-                             work_of(damping_, end),
-                             0,
-                             of_gas != nullptr ? of_gas->cwiseProduct(moved).sum() : 0,
-                             loads_ != nullptr ? work_of(*loads_, end) : 0,
-                             model_.bodies != nullptr ? work_of(*model_.bodies, end) : 0};
+  std::array<double, 5> sums{work_of(*weight_, end), work_of(damping_, end), 0,
+                             of_gas.size() > 0 ? of_gas.cwiseProduct(moved).sum() : 0,
+                             loads_ != nullptr ? work_of(*loads_, end) : 0};
   // The work on constrained vertices that no other force does is done by the pins.
   const std::vector<bool>& pinned = model_.pins.pinned();
   bool leads = false;
@@ -120,8 +107,8 @@ StepWork WallPart::work(const Field& end, const Field& start_velocity, const Eig
   }
   if (on_any_rank(comm(), leads)) {
     Eigen::Matrix3Xd gradient = Eigen::Matrix3Xd::Zero(3, owned());
-    if (of_gas != nullptr) {
-      gradient -= *of_gas;
+    if (of_gas.size() > 0) {
+      gradient -= of_gas;
     }
     for (const Potential* potential : potentials_) {
       if (potential != inertia_.get()) {
@@ -130,14 +117,14 @@ StepWork WallPart::work(const Field& end, const Field& start_velocity, const Eig
     }
     for (PetscInt i = 0; i < owned(); ++i) {
       if (pinned[i]) {
-        const double mass = options_.inertia && !integrator_.is_static() ? model_.mass[i] : 0;
+        const double mass = options_.inertia ? model_.mass[i] : 0;
         const Eigen::Vector3d inertia = mass / h_ * (moved.col(i) / h_ - start_velocity.vector(i));
         sums[2] += (inertia + gradient.col(i)).dot(moved.col(i));
       }
     }
   }
   sums = sum_over_ranks(comm(), sums);
-  return {sums[0], sums[1], sums[2], sums[3], sums[4], sums[5]};
+  return {sums[0], sums[1], sums[2], sums[3], sums[4]};
 }
 
 void WallPart::begin_step(const Field& position, const StepStart& start) {
@@ -200,29 +187,20 @@ void WallPart::set_step(const Field& position, const StepStart& start, double fr
   forget();
   h_ = start.h;
   time_end_ = start.time + integrator_.load_step(h_);
-  time_ = fraction == 1 ? time_end_ : start.time + fraction * start.h;
   start_.values() = position.values();
   const double own_place = position.values().cols() > 0 ? position.values().cwiseAbs().maxCoeff() : 0;
   const double place = max_over_ranks(comm(), own_place);
-  const bool has_inertia = options_.inertia && !integrator_.is_static();
   const auto vertices = static_cast<double>(vertices_.global);
-  const double inertia = has_inertia ? total_mass_ / vertices * integrator_.inertia(h_) : 0;
+  const double inertia = options_.inertia ? total_mass_ / vertices * integrator_.inertia(h_) : 0;
   rounding_of_inertia_ = 20 * std::numeric_limits<double>::epsilon() * std::sqrt(vertices) * inertia * place;
   wall_.set_thickness(start.thickness_ratio);
-  model_.loads.set_time(time_);
-  if (model_.bodies != nullptr) {
-    model_.bodies->begin_step(start_, time_, fraction > 0 ? fraction * h_ : h_);
-  }
+  model_.loads.set_time(fraction == 1 ? time_end_ : start.time + fraction * start.h);
 }
 
 void WallPart::set_time(double time) {
   forget();
-  time_ = time;
   time_end_ = time;
-  model_.loads.set_time(time_);
-  if (model_.bodies != nullptr) {
-    model_.bodies->set_time(time_, h_);
-  }
+  model_.loads.set_time(time);
 }
 
 void WallPart::set_load(std::vector<double> pressure, const std::vector<PetscInt>& rims) {
@@ -240,22 +218,6 @@ void WallPart::move_held() {
       position_.vector(i) = start_.vector(i) + integrator_.fraction() * (position_.vector(i) - start_.vector(i));
     }
   }
-}
-
-void WallPart::write_end(Field& position) const {
-  if (integrator_.fraction() == 1) {
-    position.values() = position_.values();
-    return;
-  }
-  position.values() = start_.values() + (position_.values() - start_.values()) / integrator_.fraction();
-  model_.pins.impose(position, time_end_);
-}
-
-std::string WallPart::end_step(Field& position) const {
-  write_end(position);
-  const bool is_further_on = integrator_.fraction() != 1;
-  return is_further_on && inverted(start_, position) > 0 ? "the end of the step turns elements over: it is too long"
-                                                         : "";
 }
 
 Eigen::Matrix3Xd WallPart::forces_at(const Field& position, const StepStart& start) {

@@ -1,13 +1,11 @@
 #pragma once
 
 #include <memory>
-#include <string>
 #include <vector>
 
 #include "constraints/constraints.h"
 #include "constraints/pins.h"
 #include "constraints/point_loads.h"
-#include "contact/body_contact.h"
 #include "energies/step_part.h"
 #include "equilibrium/time_scheme.h"
 #include "prism/prism_elements.h"
@@ -24,8 +22,7 @@ struct WallModel {
   PointLoads& loads;
   const std::vector<double>& mass;   ///< of the owned vertices [kg]
   Eigen::Vector3d gravity;           ///< [m/s^2]
-  std::vector<Potential*> others{};  ///< further potentials of the vertices' positions
-  BodyContact* bodies = nullptr;     ///< that press on the wall; null: none
+  std::vector<Potential*> others{};  ///< further potentials of the vertices' positions, which begin a step before
 };
 
 /// Start of an implicit step.
@@ -49,7 +46,6 @@ struct StepWork {
   double pins = 0;
   double pressure = 0;
   double loads = 0;
-  double bodies = 0;
 };
 
 /// StepPart of a wall: the potential that an implicit step makes stationary, but for that of the gas (balloon paper,
@@ -75,28 +71,20 @@ class WallPart : public PartOfPotentials {
 
   /// Forces but those of inertia and gas at a moment, in the directions in which the vertices may move (3 x owned) [N].
   /// Ends the present step. Collective.
-  /// @param start whose `h` is used for friction alone, as the time of motion at the present velocities
+  /// @param start whose `h` has no effect: velocities are the present ones
   Eigen::Matrix3Xd forces_at(const Field& position, const StepStart& start);
 
   /// Work in a step to `end` by the forces at their balance. Collective.
-  /// @param start_velocity v^n [m/s] @param of_gas forces of the gas on the owned vertices; null: there is none [N]
-  StepWork work(const Field& end, const Field& start_velocity, const Eigen::Matrix3Xd* of_gas);
+  /// @param start_velocity v^n [m/s] @param of_gas forces of the gas on the owned vertices; empty: there is none [N]
+  StepWork work(const Field& end, const Field& start_velocity, const Eigen::Matrix3Xd& of_gas);
   /// This rank's fraction of the work of one potential [J]. Collective.
   double work_of(const Potential& potential, const Field& end) const;
 
-  /// Time at which forces are in balance; by arc length the loads' time [s].
-  double time() const { return time_; }
   /// By arc length: changes the time of the loads.
   void set_time(double time);
   /// Sets the pressures on the local elements whose stiffness counts [Pa], and WallPotential's rims. Not collective.
   void set_load(std::vector<double> pressure, const std::vector<PetscInt>& rims);
 
-  /// Moves positions (ghosts too) to the end of the step. Collective. @returns message if the balance is not the end of
-  /// a step; otherwise empty
-  std::string end_step(Field& position) const;
-  /// Writes x^{n+1}, which follows from x (TimeIntegrator), with constrained vertices in their places; ghosts up to
-  /// date. Not collective.
-  void write_end(Field& position) const;
   /// c [1/s] and x_v [m] of a local vertex, whose velocity at the balance is c (x - x_v).
   double rate() const { return integrator_.rate(h_); }
   Eigen::Vector3d y_v(PetscInt i) const { return y_v_.col(i); }
@@ -131,7 +119,6 @@ class WallPart : public PartOfPotentials {
   // The present step.
   double h_ = 0;
   double time_end_ = 0;   ///< t^{n+1} [s]
-  double time_ = 0;       ///< time of balance [s]
   Field start_;           ///< x^n
   Eigen::Matrix3Xd y_a_;  ///< x_a of the local vertices
   Eigen::Matrix3Xd y_v_;  ///< x_v of the local vertices

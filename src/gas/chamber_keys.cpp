@@ -101,10 +101,6 @@ void require_valid_chamber(const std::string& chamber, const ChamberOptions& opt
   }
 }
 
-std::string name_of_piece(const std::string& name, int piece) {
-  return piece == 1 ? name : name + "_" + std::to_string(piece);
-}
-
 NamedPieces name_pieces(const Surface& surface, const std::map<std::string, ChamberOptions>& options) {
   NamedPieces result;
   std::vector<std::string> taken(surface.pieces());  // by which chamber

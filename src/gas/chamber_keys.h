@@ -31,7 +31,9 @@ struct NamedPieces {
 };
 
 /// The name of a chamber that stands for several pieces. @param piece from 1 on
-std::string name_of_piece(const std::string& name, int piece);
+inline std::string name_of_piece(const std::string& name, int piece) {
+  return piece == 1 ? name : name + "_" + std::to_string(piece);
+}
 
 /// Assigns the pieces of a surface to chambers by the vertices that the options name; a chamber without a vertex gets
 /// the remaining pieces. Collective. @throws Error on vertices that the mesh lacks and pieces in two chambers

@@ -1,6 +1,5 @@
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -153,10 +152,6 @@ void Chambers::require_closed(int chamber, const Field& rest, const Projectors& 
   }
 }
 
-Eigen::VectorXd Chambers::volumes(const Field& positions) const {
-  return volumes(positions, chamber_of_triangle_, rims_, count());
-}
-
 /// Volumes that triangles and rims enclose [m^3]. Collective. @param chamber_of_triangle below the count, -1: none
 Eigen::VectorXd Chambers::volumes(const Field& positions, const std::vector<int>& chamber_of_triangle, const Rims& rims,
                                   int count) const {
@@ -164,12 +159,10 @@ Eigen::VectorXd Chambers::volumes(const Field& positions, const std::vector<int>
                                            [this](const auto& a, const auto& b, const auto& c) {
                                              return enclosed_volume(a - origin_, b - origin_, c - origin_);
                                            });
-  rims.add_volumes(positions, sum);
+  for (const Rims::Cap& cap : rims.caps(positions)) {
+    sum[cap.chamber] += cap.volume;
+  }
   return sum;
-}
-
-Eigen::SparseMatrix<double> Chambers::volume_gradients(const Field& positions) const {
-  return volume_gradients(positions, -1);
 }
 
 Eigen::Matrix3Xd Chambers::volume_gradient(int chamber, const Field& positions) const {
@@ -177,7 +170,6 @@ Eigen::Matrix3Xd Chambers::volume_gradient(int chamber, const Field& positions) 
   return gradient.reshaped(3, surface_->particles.owned);
 }
 
-/// dW/dx of one chamber, zeros for others. @param only number of the chamber, -1: of all
 Eigen::SparseMatrix<double> Chambers::volume_gradients(const Field& positions, int only) const {
   Eigen::SparseMatrix<double> gradients = no_gradients_;
   Eigen::Map<Eigen::Matrix3Xd> values(gradients.valuePtr(), 3, gradients.nonZeros() / 3);

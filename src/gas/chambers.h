@@ -112,7 +112,9 @@ class Chambers {
   double initial_volume(int chamber) const { return of(chamber).initial_volume; }
   /// W of all chambers (eq. 13), summed over the ranks [m^3]. Collective.
   /// @param positions [m], ghosts up to date
-  Eigen::VectorXd volumes(const Field& positions) const;
+  Eigen::VectorXd volumes(const Field& positions) const {
+    return volumes(positions, chamber_of_triangle_, rims_, count());
+  }
   /// Forces on walls by the weights of gas and air and by jets, in addition to even pressures (3 x owned) [N]. The
   /// pressure at x is (rho - rho_outside) g.(x - x_0), with the middle x_0 of the wall; its sum is minus the lift, (rho
   /// - rho_outside) V g. Jets push the rims (jet_thrust), except for the part that the pressure on a wall with holes
@@ -121,7 +123,8 @@ class Chambers {
   Eigen::Matrix3Xd uneven_forces(const GasExchange& exchange, const Field& positions, const Eigen::Vector3d& gravity,
                                  double time) const;
   /// dW/dx = A n / 3 (eq. 15 without p) by the owned particles, a column a chamber, (3 owned x count) [m^2].
-  Eigen::SparseMatrix<double> volume_gradients(const Field& positions) const;
+  /// @param only the chamber besides which all columns are 0; -1: there is none
+  Eigen::SparseMatrix<double> volume_gradients(const Field& positions, int only = -1) const;
   /// dW/dx of one chamber (3 x owned) [m^2].
   Eigen::Matrix3Xd volume_gradient(int chamber, const Field& positions) const;
 
@@ -144,7 +147,6 @@ class Chambers {
   // Joined chambers exchange gas or heat, by links, holes, leaks or heat transfer, or lie inside or round others. Their
   // laws are isothermal or adiabatic. Those that have not become parts of others are vessels of a network.
 
-  bool has_network() const { return !joined_.empty(); }
   /// Numbers of the joined chambers, ascending.
   const std::vector<int>& joined() const { return joined_; }
   bool is_joined(int chamber) const { return is_joined_[chamber]; }
@@ -159,7 +161,9 @@ class Chambers {
   };
   /// @param first number in the network of the first vessel
   Vessels vessels(const GasExchange& exchange, int first = 0) const;
-  GasNetwork::Vessel vessel(int chamber) const;
+  GasNetwork::Vessel vessel(int chamber) const {
+    return {of(chamber).options.law == GasLaw::isothermal, of(chamber).gamma, of(chamber).initial_volume};
+  }
   /// c_v of a mole of a joined chamber's gas [J/(mol K)].
   double heat_capacity(int chamber) const { return gas_constant / (of(chamber).gamma - 1); }
 
@@ -233,7 +237,6 @@ class Chambers {
                           int count) const;
   Eigen::VectorXd windings(int chamber, const Field& positions, const std::vector<int>& number_of_triangle,
                            int count) const;
-  Eigen::SparseMatrix<double> volume_gradients(const Field& positions, int only) const;
   void set_amounts();
   void find_joined();
   double pressure_outside(const GasExchange& exchange, const Vessels& vessels, int chamber,

@@ -212,7 +212,7 @@ FlowingGas::Walls FlowingGas::moved_walls(Walls walls, const std::vector<Respons
         is_nested[outside] = true;
       }
     }
-    walls[object] = exchange(object).last_volumes();
+    walls[object] = exchange(object).within_walls(exchange(object).volume);
     for (int chamber = 0; chamber < own.count(); ++chamber) {
       if (!is_nested[chamber]) {
         walls[object][chamber] = moved_wall(own, exchange(object), chamber, free[chamber], compliance[chamber], time);

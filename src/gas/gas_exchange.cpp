@@ -18,11 +18,6 @@ GasExchange::GasExchange(int chambers, int links)
   std::iota(inside.begin(), inside.end(), 0);
 }
 
-/// The vectors of numbers with one for each chamber.
-std::array<Eigen::VectorXd*, 9> GasExchange::of_chambers() {
-  return {&amount, &heat, &leak_amount, &leak_enthalpy, &wall_heat, &work, &first_energy, &volume, &reference_volume};
-}
-
 Eigen::VectorXd GasExchange::gas_volumes(const Eigen::VectorXd& walls) const {
   Eigen::VectorXd volumes = Eigen::VectorXd::Zero(chambers());
   for (int wall = 0; wall < chambers(); ++wall) {
@@ -52,14 +47,13 @@ std::vector<int> GasExchange::from_within() const {
   return order;
 }
 
-Eigen::VectorXd GasExchange::last_volumes() const {
-  Eigen::VectorXd walls = volume;
+Eigen::VectorXd GasExchange::within_walls(Eigen::VectorXd of_gas) const {
   for (const int chamber : from_within()) {
-    if (gas_outside(chamber) >= 0) {
-      walls[gas_outside(chamber)] += walls[chamber];
+    if (const int round = gas_outside(chamber); round >= 0) {
+      of_gas[round] += of_gas[chamber];
     }
   }
-  return walls;
+  return of_gas;
 }
 
 void GasExchange::add_part(int chamber) {

@@ -54,13 +54,16 @@ struct GasExchange {
   Eigen::VectorXd gas_volumes(const Eigen::VectorXd& walls) const;
   /// Chambers that have gas of their own, each before the one round it.
   std::vector<int> from_within() const;
-  /// W of all chambers at the end of the last step; of open chambers when they opened [m^3].
-  Eigen::VectorXd last_volumes() const;
+  /// What is within the walls of all chambers, such as W, of what is in the gas of each, such as V.
+  Eigen::VectorXd within_walls(Eigen::VectorXd of_gas) const;
   /// Adds a chamber without gas as a part of a given one.
   void add_part(int chamber);
 
  private:
-  std::array<Eigen::VectorXd*, 9> of_chambers();
+  /// The vectors of numbers with one for each chamber.
+  std::array<Eigen::VectorXd*, 9> of_chambers() {
+    return {&amount, &heat, &leak_amount, &leak_enthalpy, &wall_heat, &work, &first_energy, &volume, &reference_volume};
+  }
 };
 
 /// Properties of the walls of the chambers for their gas in a step.

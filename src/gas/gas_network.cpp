@@ -96,7 +96,6 @@ class GasNetwork::Balance {
   void add_energy(int of, double energy, const Derivatives& by);
   void add_flow(const std::array<int, 2>& ends, const Flow& flow, double& amount, double& enthalpy);
   void add_leak(const Leak& leak);
-  void add_wall_heat(int vessel);
   const Local& local_of(int number) const { return number == ambient ? outside_ : local[number]; }
 
   const GasNetwork* network_;
@@ -145,7 +144,10 @@ GasNetwork::Balance::Balance(const GasNetwork& network, const Step& step, const 
     add_leak(leak);
   }
   for (int vessel = 0; vessel < step.conductance.size(); ++vessel) {
-    add_wall_heat(vessel);
+    const double conductance = step.conductance[vessel];
+    const double heat = conductance * (step.wall_temperature[vessel] - local[vessel].temperature);
+    end.wall_heat[vessel] = step.h * heat;
+    add_energy(vessel, heat, {{vessel, -conductance * local[vessel].temperature_by}});
   }
 }
 
@@ -300,13 +302,6 @@ void GasNetwork::Balance::add_leak(const Leak& leak) {
       end.leak_enthalpy[of] += sign * enthalpy;
     }
   }
-}
-
-void GasNetwork::Balance::add_wall_heat(int vessel) {
-  const double conductance = step_->conductance[vessel];
-  const double heat = conductance * (step_->wall_temperature[vessel] - local[vessel].temperature);
-  end.wall_heat[vessel] = step_->h * heat;
-  add_energy(vessel, heat, {{vessel, -conductance * local[vessel].temperature_by}});
 }
 
 GasNetwork::End GasNetwork::solve(const Step& step) const {

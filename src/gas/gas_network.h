@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "gas/gas_options.h"

@@ -135,7 +135,6 @@ Rims::Rims(const Surface& surface, const std::vector<int>& chamber, const Eigen:
   }
 }
 
-/// The cap of each rim. Collective.
 std::vector<Rims::Cap> Rims::caps(const Field& positions) const {
   std::vector<Cap> caps;
   if (empty()) {
@@ -164,12 +163,6 @@ std::vector<Rims::Cap> Rims::caps(const Field& positions) const {
     caps.push_back({rims_[rim].chamber, origin_ + middle, area, middle.dot(cone) / 3});
   }
   return caps;
-}
-
-void Rims::add_volumes(const Field& positions, Eigen::VectorXd& volumes) const {
-  for (const Cap& cap : caps(positions)) {
-    volumes[cap.chamber] += cap.volume;
-  }
 }
 
 std::vector<Rims::Hole> Rims::holes(const Field& positions) const {

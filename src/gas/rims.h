@@ -25,8 +25,15 @@ class Rims {
        const SymmetryPlanes& planes);
 
   bool empty() const { return rims_.empty(); }
-  /// Adds the volumes below the caps to those of the chambers [m^3]. Collective.
-  void add_volumes(const Field& positions, Eigen::VectorXd& volumes) const;
+  /// A cap that closes a rim.
+  struct Cap {
+    int chamber;
+    Eigen::Vector3d middle;  ///< [m]
+    Eigen::Vector3d area;    ///< outwards [m^2]
+    double volume;           ///< that it adds to the chamber [m^3]
+  };
+  /// The cap of each rim. Collective.
+  std::vector<Cap> caps(const Field& positions) const;
   /// A hole that a cap closes.
   struct Hole {
     int chamber;
@@ -46,19 +53,11 @@ class Rims {
     std::array<PetscInt, 2> ends{};  ///< local particles, in the order of the wall's triangle
     std::size_t rim = 0;
   };
-  struct Cap {
-    int chamber;
-    Eigen::Vector3d middle;  ///< [m]
-    Eigen::Vector3d area;    ///< outwards [m^2]
-    double volume;           ///< [m^3]
-  };
   struct Rim {
     int chamber = -1;
     double sides = 0;                                         ///< how many
     Eigen::Matrix3d projector = Eigen::Matrix3d::Identity();  ///< on the symmetry planes in which the rim ends
   };
-
-  std::vector<Cap> caps(const Field& positions) const;
 
   const Surface* surface_ = nullptr;
   Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();

@@ -64,7 +64,6 @@ StageResult GasStage::begin(Step& step) {
   if (state_.gas != nullptr) {
     opened_ = opened();
     *state_.gas = chambers_.recapped(*state_.gas, chambers_.volumes(state_.position), state_.time);
-    gas_step_ = {state_.gas};
   }
   if (pushes_unevenly_) {
     // As far as the forces are in balance at the beginning of the step, or on the way through it.

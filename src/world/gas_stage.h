@@ -24,7 +24,7 @@ class GasStage : public Stage {
 
   const Chambers& chambers() const { return chambers_; }
   /// Data of the gas in the step in progress.
-  GasStep& step() { return gas_step_; }
+  const GasStep& step() const { return gas_step_; }
   /// Sets the gas in the balance, from which the stage takes the mass that has come into the chambers. It must outlive
   /// the steps.
   void set_filled(GasFilled& filled) { filled_ = &filled; }

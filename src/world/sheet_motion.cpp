@@ -110,10 +110,10 @@ SheetMotion::SheetMotion(const Sheet& sheet, const Options& options, State& stat
       pins_move_(
           std::any_of(options.pins.begin(), options.pins.end(), [](const auto& pin) { return pin.second.moves(); })),
       usual_stiffness_(contact_stiffness),
-      stiffness_(options.contact.stiffness.value_or(contact_stiffness)),
       constrained_(pins_.pinned()),
       size_(options.time.tolerance > 0 ? size_of(sheet) : 0) {
   mass_ = sheet.initial_mass;
+  stiffness_ = options.contact.stiffness.value_or(contact_stiffness);
   if (balances_bodies(options) && !options.bodies.empty()) {
     body_contact_ = std::make_unique<BodyContact>(sheet, options.bodies, options.contact, usual_stiffness_);
   }
@@ -121,8 +121,6 @@ SheetMotion::SheetMotion(const Sheet& sheet, const Options& options, State& stat
     spring_stress_.emplace(sheet);
   }
 }
-
-void SheetMotion::update_derived() { set_lengths(); }
 
 void SheetMotion::set_lengths() {
   set_volume_ratios(volume_ratio_, sheet_, state_.burning->mass, options_.combustion);
@@ -169,7 +167,7 @@ void SheetMotion::move_freely() {
       v.col(i).setZero();
     }
   }
-  if (air_ && !drag_is_balanced_) {
+  if (air_ && options_.dynamics == Dynamics::projection) {  // Otherwise the balance has it.
     air_->accelerate(state_.velocity, mass_, h_);
   }
   x += h_ * v;
@@ -206,14 +204,6 @@ void SheetMotion::push_by_weights_of_gas() {
   }
   if (sheet_.layers == 1) {
     follow_corners(sheet_, state_.position);
-  }
-}
-
-void SheetMotion::begin_bodies() {
-  if (body_contact_ != nullptr) {
-    const double fraction = integrator_.fraction();
-    body_contact_->set_surface(constrained_, state_.active_triangles());
-    body_contact_->begin_step(start_, state_.time_of_loads() + fraction * integrator_.load_step(h_), fraction * h_);
   }
 }
 
@@ -325,18 +315,6 @@ void SheetMotion::add_work() {
   state_.work += works;
 }
 
-StageResult SheetMotion::end(Step& step) {
-  find_velocities(step);
-  return result_of(body_fault(step));
-}
-
-Eigen::Vector3d SheetMotion::velocity_of_balance(PetscInt i) const {
-  if (is_static()) {
-    return Eigen::Vector3d::Zero();
-  }
-  return (state_.position.vector(i) - start_.vector(i)) / h_;
-}
-
 void SheetMotion::find_velocities(Step& step) {
   const auto timer = clock_.time("velocity");
   const Field::Values x = state_.position.values();
@@ -374,12 +352,8 @@ void SheetMotion::leave_bodies(Step& step) {
   }
   step.loads = body_contact_->loads(state_.position);
   if (!is_static()) {
-    rebound(*body_contact_, step.loads);
+    rebound(step.loads);
   }
-}
-
-WeaveStrain SheetMotion::weave_strain() const {
-  return surface::weave_strain(sheet_, state_.position, state_.target_length, state_.burning->active);
 }
 
 std::string SheetMotion::progress(const Step& step) const { return fmt::format("|C| {:.3e} m", step.constraint_error); }
@@ -434,12 +408,6 @@ std::vector<std::string> StrainStage::remarks() const {
     return {};
   }
   return {"largest strain of the net: " + words_of(record[0], record.segment<3>(1)) + ", " + time_text(record[4])};
-}
-
-std::unique_ptr<SheetMotion> make_sheet_motion(const Sheet& sheet, const Options& options, State& state,
-                                               StageClock& clock, Textures& textures, GasStage* gas) {
-  const auto make = options.dynamics == Dynamics::projection ? make_projected_motion : make_spring_motion;
-  return make(sheet, options, state, clock, textures, gas);
 }
 
 }  // namespace pellicle::world

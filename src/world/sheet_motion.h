@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <memory>
 #include <optional>
 #include <string>
@@ -19,21 +18,25 @@ namespace pellicle::world {
 /// burnt fraction.
 class SheetMotion : public SurfaceMotion {
  public:
-  void update_derived() override;
+  void update_derived() override { set_lengths(); }
   StageResult begin(Step& step) override;
   StageResult take_balance(Step& step) override;
-  StageResult end(Step& step) override;
+  StageResult end(Step& step) override {
+    find_velocities(step);
+    return result_of(body_fault(step));
+  }
   void report(Report& report, const Step& step) const override;
   void draw(Picture& picture) const override;
 
   /// Sets the target lengths from the burnt fractions (burning paper, eq. 5 and 6). Not collective.
   virtual void set_lengths();
   /// Strains of the sheet as it is now. Collective.
-  virtual WeaveStrain weave_strain() const;
+  virtual WeaveStrain weave_strain() const {
+    return surface::weave_strain(sheet_, state_.position, state_.target_length, state_.burning->active);
+  }
   std::string stage() const override { return "projection"; }
   const double* mass() const override { return state_.burning->mass.data(); }
   std::string progress(const Step& step) const override;
-  ContactSurface::Part contact_part() const override { return {&sheet_, options_.contact.thickness, stiffness_}; }
   std::vector<bool> constrained() const override { return constrained_; }
 
  protected:
@@ -61,25 +64,22 @@ class SheetMotion : public SurfaceMotion {
   /// Moves the particles by their velocities without springs, bodies and gas (burning paper, eq. 8 and 9).
   virtual void move_freely();
   /// Velocity of an owned particle where forces are in balance [m/s]. Not collective.
-  virtual Eigen::Vector3d velocity_of_balance(PetscInt i) const;
+  virtual Eigen::Vector3d velocity_of_balance(PetscInt i) const {
+    return is_static() ? Eigen::Vector3d::Zero() : Eigen::Vector3d((state_.position.vector(i) - start_.vector(i)) / h_);
+  }
   /// Moves the sheet from where forces are in balance to the end of the step.
   virtual void move_to_end() {}
   /// Finds velocities from the positions at the end of the step (eq. 13 and 15), and the loads on bodies.
   virtual void find_velocities(Step& step);
 
-  /// Begins the step of bodies whose pressing is balanced.
-  void begin_bodies();
   StageResult take_positions(const StepPart& part, Step& step);
   /// Forces of a potential on the owned particles, kept until the next call [N].
   const Eigen::Matrix3Xd& forces_of(const Potential& potential);
 
   const Sheet& sheet_;
   bool pins_move_;                             ///< some are led along paths
-  std::unique_ptr<BodyContact> body_contact_;  ///< bodies whose pressing is brought into balance; null: there are none
-  bool drag_is_balanced_ = false;              ///< whether the drag of the air is a part of the balance
   std::optional<SpringStress> spring_stress_;  ///< if the sheet can crack
   double usual_stiffness_;                     ///< of contact in steps of the deck's length [Pa/m]
-  double stiffness_;                           ///< of contact in the present step [Pa/m]
   // Data of the present step, of the local particles unless stated otherwise.
   Eigen::Matrix3Xd unconstrained_;    ///< positions without springs and bodies [m]
   std::vector<bool> constrained_;     ///< those that are pinned or have left
@@ -136,14 +136,10 @@ class StrainStage : public Stage {
 
 // The motions of sheets. All must outlive them. Collective. @throws Error on textures and other input
 
-/// A sheet that is projected (burning paper, section 7.1): it moves by itself, out of bodies and pushed by its gas. One
-/// that touches itself or others is projected first, and the balance moves it as masses from there.
+/// A sheet that is projected (burning paper, section 7.1).
 std::unique_ptr<SheetMotion> make_projected_motion(const Sheet& sheet, const Options& options, State& state,
                                                    StageClock& clock, Textures& textures, GasStage* gas);
-/// A sheet of Hooke springs, or as a material (ElasticSheet).
-std::unique_ptr<SheetMotion> make_spring_motion(const Sheet& sheet, const Options& options, State& state,
-                                                StageClock& clock, Textures& textures, GasStage* gas);
-/// The motion that `dynamics` asks for.
+/// The motion that `dynamics` asks for: of a projected sheet, of one of Hooke springs, or as a material (ElasticSheet).
 std::unique_ptr<SheetMotion> make_sheet_motion(const Sheet& sheet, const Options& options, State& state,
                                                StageClock& clock, Textures& textures, GasStage* gas);
 

@@ -1,15 +1,11 @@
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
 #include <cmath>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <utility>
 #include <vector>
 
-#include "air/drag_potential.h"
 #include "combustion/combustion.h"
 #include "elastic/spring_sheet.h"
 #include "energies/vertex_potential.h"
@@ -20,9 +16,6 @@
 namespace pellicle::world {
 
 namespace {
-
-/// The bodies of a sheet that can meet none.
-const std::vector<Body> none;
 
 /// The stiffness of contact in steps of the deck's length [Pa/m]. @param tensile_stiffness of the sheet [N/m]
 double stiffness_of_contact(const Sheet& sheet, const Options& options, double tensile_stiffness) {
@@ -43,12 +36,10 @@ class SpringMotion : public SheetMotion {
   void update_derived() override;
   void report(Report& report, const Step& step) const override;
 
-  std::string start_fault() const override {
-    return body_contact_ != nullptr ? body_contact_->sweep().start_fault() : "";
-  }
   std::string passed_limit() const override;
-  const std::vector<Eigen::Matrix3d>& stress() override;
-  const std::vector<Body>& bodies() const override;
+  const std::vector<Eigen::Matrix3d>& stress() override {
+    return spring_stress_->find(state_.burning->active, springs_->spring_forces(state_.position), state_.position);
+  }
 
  protected:
   /// @param contact_stiffness see SheetMotion; `set_springs` must follow
@@ -61,11 +52,27 @@ class SpringMotion : public SheetMotion {
   StageResult begin_balance(Step& step) override;
   StageResult find_positions(Step& step) override;
   Eigen::Matrix3Xd gas_forces() override { return filled_->pressure_forces(); }
-  void add_spring_forces(Eigen::Matrix3Xd& sum) override;
-  double viscous_work() const override;
+  void add_spring_forces(Eigen::Matrix3Xd& sum) override {
+    for (const Potential* potential : springs_->of_shape()) {
+      sum += forces_of(*potential);
+    }
+  }
+  double viscous_work() const override {
+    const double lasting = integrator_.is_second_order() ? integrator_.rate(h_) * h_ : 1;
+    return lasting * springs_->viscous_work(state_.position);
+  }
   void move_freely() override;
-  Eigen::Vector3d velocity_of_balance(PetscInt i) const override;
-  void move_to_end() override;
+  Eigen::Vector3d velocity_of_balance(PetscInt i) const override {
+    return integrator_.is_second_order()
+               ? Eigen::Vector3d(integrator_.rate(h_) * (state_.position.vector(i) - y_v_.vector(i)))
+               : SheetMotion::velocity_of_balance(i);
+  }
+  void move_to_end() override {
+    if (integrator_.is_second_order()) {
+      write_end(state_.position);
+      keep_what_has_left();
+    }
+  }
   void find_velocities(Step& step) override;
 
   std::unique_ptr<SpringSheet> springs_;
@@ -74,7 +81,6 @@ class SpringMotion : public SheetMotion {
   SheetInput input(double h) const;
   void set_burnt();
   void begin_acceleration();
-  void write_end(Field& position) const;
 
   Field y_v_;        ///< of generalized alpha (TimeIntegrator)
   double pull_ = 0;  ///< of generalized alpha: inertia and damping pull by mass times this [1/s^2]
@@ -94,8 +100,14 @@ class ElasticMotion : public SpringMotion {
 
   std::vector<std::string> first_remarks() const override;
 
-  void set_lengths() override;
-  WeaveStrain weave_strain() const override;
+  void set_lengths() override {
+    set_volume_ratios(volume_ratio_, sheet_, state_.burning->mass, options_.combustion);
+    set_surface_lengths(state_.target_length, sheet_, state_.burning->active, volume_ratio_);
+  }
+  WeaveStrain weave_strain() const override {
+    return surface::weave_strain(sheet_, state_.position, state_.target_length, state_.burning->active,
+                                 springs_->bearing_springs(state_.burning->active));
+  }
 
  protected:
   StageResult begin_balance(Step& step) override;
@@ -116,7 +128,6 @@ SpringMotion::SpringMotion(const Sheet& sheet, const Options& options, State& st
 SpringMotion::SpringMotion(const Sheet& sheet, const Options& options, State& state, StageClock& clock, GasStage* gas,
                            double contact_stiffness)
     : SheetMotion(sheet, options, state, clock, gas, contact_stiffness, integrator_of(options.time)) {
-  drag_is_balanced_ = true;
   if (integrator_.is_second_order()) {
     y_v_ = Field(sheet.particles, 3);
   }
@@ -135,17 +146,8 @@ SpringMotion::SpringMotion(const Sheet& sheet, const Options& options, State& st
 
 void SpringMotion::set_springs(std::unique_ptr<SpringSheet> springs) {
   springs_ = std::move(springs);
-  const auto set_time = [this](double time) {
-    springs_->forget();
-    if (body_contact_ != nullptr) {
-      body_contact_->set_time(time, h_);
-    }
-  };
-  std::function<void(Field&)> write;
-  if (integrator_.is_second_order()) {
-    write = [this](Field& position) { write_end(position); };
-  }
-  set_part(*springs_, sheet_.initial_mass, set_time, std::move(write));
+  const auto set_time = [this](double /*time*/) { springs_->forget(); };
+  set_part(*springs_, sheet_.initial_mass, set_time);
 }
 
 void SpringMotion::update_derived() {
@@ -226,16 +228,13 @@ void SpringMotion::begin_acceleration() {
   state_.acceleration->values().setZero();
   set_drag(0);
   set_burnt();
-  if (body_contact_ != nullptr) {
-    body_contact_->set_surface(constrained_, state_.active_triangles());
-    body_contact_->begin_step(start_, state_.time, h_);
-  }
+  begin_bodies(constrained_, state_.time, h_);
   pull_ = integrator_.inertia(h_);
   springs_->begin(start_, input(h_));
   springs_->move_to(start_, {});  // Contact may have moved it.
   Eigen::Matrix3Xd force = -springs_->gradient();
   if (filled_) {
-    force += gas_forces_at_start();
+    force += filled_->forces_at(state_.time);
   }
   for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
     if (!constrained_[i]) {
@@ -249,18 +248,13 @@ void SpringMotion::begin_acceleration() {
   state_.acceleration->update_ghosts();
 }
 
-void SpringMotion::write_end(Field& position) const {
-  position.values() = start_.values() + (springs_->position().values() - start_.values()) / integrator_.fraction();
-  pins_.impose(position, state_.time + h_);
-}
-
 StageResult SpringMotion::begin_balance(Step& step) {
   set_burnt();
   if (is_static()) {
     holding_.assign(mass_.size(), springs_->holding_stiffness() * h_ * h_);
   }
   const auto timer = clock_.time("projection");
-  begin_bodies();
+  begin_bodies(constrained_, time_of_balance(), integrator_.fraction() * h_);
   springs_->begin(state_.position, input(step.h));
   begin_gas_and_path(end_of_loads() - (1 - integrator_.fraction()) * step.h);
   return {};
@@ -278,25 +272,6 @@ StageResult SpringMotion::find_positions(Step& step) {
   return result;
 }
 
-void SpringMotion::move_to_end() {
-  if (integrator_.is_second_order()) {
-    write_end(state_.position);
-    keep_what_has_left();
-  }
-}
-
-Eigen::Vector3d SpringMotion::velocity_of_balance(PetscInt i) const {
-  if (!integrator_.is_second_order()) {
-    return SheetMotion::velocity_of_balance(i);
-  }
-  return integrator_.rate(h_) * (state_.position.vector(i) - y_v_.vector(i));
-}
-
-double SpringMotion::viscous_work() const {
-  const double lasting = integrator_.is_second_order() ? integrator_.rate(h_) * h_ : 1;
-  return lasting * springs_->viscous_work(state_.position);
-}
-
 void SpringMotion::find_velocities(Step& step) {
   if (!integrator_.is_second_order()) {
     SheetMotion::find_velocities(step);
@@ -309,12 +284,6 @@ void SpringMotion::find_velocities(Step& step) {
   }
 }
 
-void SpringMotion::add_spring_forces(Eigen::Matrix3Xd& sum) {
-  for (const Potential* potential : springs_->of_shape()) {
-    sum += forces_of(*potential);
-  }
-}
-
 std::string SpringMotion::passed_limit() const {
   if (!options_.project.strain_limit) {
     return "";
@@ -322,14 +291,6 @@ std::string SpringMotion::passed_limit() const {
   const WeaveStrain strain =
       surface::weave_strain(sheet_, springs_->position(), state_.target_length, state_.burning->active);
   return strain.largest <= *options_.project.strain_limit ? "" : beyond_limit(strain, *options_.project.strain_limit);
-}
-
-const std::vector<Eigen::Matrix3d>& SpringMotion::stress() {
-  return spring_stress_->find(state_.burning->active, springs_->spring_forces(state_.position), state_.position);
-}
-
-const std::vector<Body>& SpringMotion::bodies() const {
-  return body_contact_ != nullptr ? body_contact_->bodies() : none;
 }
 
 void SpringMotion::report(Report& report, const Step& step) const {
@@ -359,21 +320,11 @@ ElasticMotion::ElasticMotion(const Sheet& sheet, const Options& options, State& 
   set_springs(std::move(springs));
 }
 
-void ElasticMotion::set_lengths() {
-  set_volume_ratios(volume_ratio_, sheet_, state_.burning->mass, options_.combustion);
-  set_surface_lengths(state_.target_length, sheet_, state_.burning->active, volume_ratio_);
-}
-
 StageResult ElasticMotion::begin_balance(Step& step) {
   if (step.has_burnt) {
     set_lengths();  // They follow from what is left, too.
   }
   return SpringMotion::begin_balance(step);
-}
-
-WeaveStrain ElasticMotion::weave_strain() const {
-  return surface::weave_strain(sheet_, state_.position, state_.target_length, state_.burning->active,
-                               springs_->bearing_springs(state_.burning->active));
 }
 
 std::vector<std::string> ElasticMotion::first_remarks() const {
@@ -398,8 +349,11 @@ std::vector<std::string> ElasticMotion::first_remarks() const {
   return lines;
 }
 
-std::unique_ptr<SheetMotion> make_spring_motion(const Sheet& sheet, const Options& options, State& state,
-                                                StageClock& clock, Textures& textures, GasStage* gas) {
+std::unique_ptr<SheetMotion> make_sheet_motion(const Sheet& sheet, const Options& options, State& state,
+                                               StageClock& clock, Textures& textures, GasStage* gas) {
+  if (options.dynamics == Dynamics::projection) {
+    return make_projected_motion(sheet, options, state, clock, textures, gas);
+  }
   if (options.dynamics == Dynamics::spring) {
     return std::make_unique<SpringMotion>(sheet, options, state, clock, gas);
   }

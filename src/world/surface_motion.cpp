@@ -23,26 +23,41 @@ SurfaceMotion::SurfaceMotion(const Surface& surface, const Options& options, Sta
 }
 
 void SurfaceMotion::set_part(StepPart& part, const std::vector<double>& mass, std::function<void(double)> set_time,
-                             std::function<void(Field&)> write_end, GasFilledPart::SetLoad set_load) {
+                             GasFilledPart::SetLoad set_load) {
   part_ = &part;
   if (gas_ != nullptr) {
-    StepGas::Part own{"", &gas_->chambers(), &gas_->step(), &start_, nullptr, options_.gas.tangent};
-    own.write_end = std::move(write_end);
+    StepGas::Part own{{"", &gas_->chambers(), &gas_->step()}, &start_, nullptr, options_.gas.tangent};
+    if (integrator_.is_second_order()) {
+      own.write_end = [this](Field& position) { write_end(position); };
+    }
     filled_.emplace(*part_, own, std::move(set_load));
     gas_->set_filled(*filled_);
     part_ = &*filled_;
   }
   if (integrator_.arc_length()) {
-    PathPart::Loads loads;
-    loads.set_time = [this, set_time = std::move(set_time)](double time) {
+    const auto set_time_of_all = [this, set_time = std::move(set_time)](double time) {
       set_time(time);
+      if (body_contact_ != nullptr) {
+        body_contact_->set_time(time, h_);
+      }
       if (filled_) {
         filled_->set_time(time);
       }
     };
-    loads.move_pinned = [this](Field& position, double time) { pins_.impose(position, time); };
-    path_.emplace(*part_, std::move(loads), mass, *integrator_.arc_length());
+    path_.emplace(*part_, set_time_of_all, pins_, mass, *integrator_.arc_length());
     part_ = &*path_;
+  }
+}
+
+const std::vector<Body>& SurfaceMotion::bodies() const {
+  static const std::vector<Body> none;
+  return body_contact_ != nullptr ? body_contact_->bodies() : none;
+}
+
+void SurfaceMotion::begin_bodies(const std::vector<bool>& held, double time, double h) {
+  if (body_contact_ != nullptr) {
+    body_contact_->set_surface(held, state_.active_triangles());
+    body_contact_->begin_step(start_, time, h);
   }
 }
 
@@ -53,6 +68,11 @@ void SurfaceMotion::begin_gas_and_path(double time_of_balance) {
   if (path_) {
     path_->begin_step(state_.time_of_loads(), h_, *state_.direction);
   }
+}
+
+void SurfaceMotion::write_end(Field& position) const {
+  position.values() = start_.values() + (part_->position().values() - start_.values()) / integrator_.fraction();
+  pins_.impose(position, end_of_loads());
 }
 
 void SurfaceMotion::end_path() {
@@ -67,19 +87,18 @@ void SurfaceMotion::set_drag(double fraction) {
     return;
   }
   const double reach = fraction * h_;
-  const AirInput input{start_, start_velocity_, mass_, state_.active_triangles(), state_.time + reach};
-  if (integrator_.is_second_order()) {
-    air_->begin_step_within(input, *state_.acceleration, reach);
-  } else {
-    air_->begin_step(input);
+  const auto begin = [&](const Field& position, const Field& velocity) {
+    air_->begin_step(position, velocity, mass_, state_.active_triangles(), state_.time + reach);
+  };
+  if (!integrator_.is_second_order()) {
+    begin(start_, start_velocity_);
+    return;
   }
-}
-
-Eigen::Matrix3Xd SurfaceMotion::gas_forces_at_start() {
-  const double of_step = std::exchange(gas_->step().h, 0);
-  Eigen::Matrix3Xd forces = filled_->forces_at(state_.time_of_loads());
-  gas_->step().h = of_step;
-  return forces;
+  Field position(surface_.particles, 3);
+  Field velocity(surface_.particles, 3);
+  position.values() = start_.values() + reach * start_velocity_.values();
+  velocity.values() = start_velocity_.values() + reach * state_.acceleration->values();
+  begin(position, velocity);
 }
 
 Kinematics SurfaceMotion::start_of(PetscInt i) const {
@@ -125,9 +144,9 @@ StageResult SurfaceMotion::result_of(std::string fault) const {
   return result;
 }
 
-void SurfaceMotion::rebound(const BodyContact& bodies, std::vector<BodyLoad>& loads) {
+void SurfaceMotion::rebound(std::vector<BodyLoad>& loads) {
   const double before = kinetic_energy(surface_, mass(), state_.velocity);
-  bodies.rebound(state_.position, start_velocity_, mass_, state_.velocity, loads);
+  body_contact_->rebound(state_.position, start_velocity_, mass_, state_.velocity, loads);
   of(state_.work, Work::bodies) += kinetic_energy(surface_, mass(), state_.velocity) - before;
 }
 

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "air/air_drag.h"
@@ -26,6 +28,11 @@ class SurfaceMotion : public MotionStage {
   GasFilled* gas() override { return filled_ ? &*filled_ : nullptr; }
   const std::vector<bool>* active() const override { return state_.active_triangles(); }
   const std::vector<bool>& pinned() const override { return pins_.pinned(); }
+  std::string start_fault() const override {
+    return body_contact_ != nullptr ? body_contact_->sweep().start_fault() : "";
+  }
+  const std::vector<Body>& bodies() const override;
+  ContactSurface::Part contact_part() const override { return {&surface_, options_.contact.thickness, stiffness_}; }
 
  protected:
   /// All must outlive it. Collective. @param gas of its chambers; null: it has none
@@ -34,20 +41,25 @@ class SurfaceMotion : public MotionStage {
 
   /// Balances a part, with the gas if there is any, and by arc length along the path. Collective.
   /// @param mass of the owned particles, at least @param set_time changes the time of the loads on the part [s]
-  /// @param write_end see StepGas::Part @param set_load see GasFilledPart
+  /// @param set_load see GasFilledPart
   void set_part(StepPart& part, const std::vector<double>& mass, std::function<void(double)> set_time,
-                std::function<void(Field&)> write_end, GasFilledPart::SetLoad set_load = {});
+                GasFilledPart::SetLoad set_load = {});
+  /// Begins the step of bodies whose pressing is balanced. Collective. @param held local particles that do not move
+  /// @param time at which forces are in balance [s] @param h length of the step until then [s]
+  void begin_bodies(const std::vector<bool>& held, double time, double h);
   /// Begins the step of gas and path, after that of the part. Collective. @param time_of_balance [s]
   void begin_gas_and_path(double time_of_balance);
+  /// Writes x^{n+1}, which follows from x (TimeIntegrator), with pinned particles in their places; ghosts up to date.
+  virtual void write_end(Field& position) const;
   /// Keeps the end of the step on the path, if there is one, for the next step. Collective.
   void end_path();
   /// Sets the drag of the air, if there is any, in the step. Collective.
   /// @param fraction of the step at which forces are in balance
   void set_drag(double fraction);
-  /// Forces of the gas on the owned particles at the beginning of the step, while none flows [N]. Collective.
-  Eigen::Matrix3Xd gas_forces_at_start();
   /// Time of the loads at the end of the step [s].
   double end_of_loads() const { return state_.time_of_loads() + integrator_.load_step(h_); }
+  /// Time of the loads at which forces are in balance [s].
+  double time_of_balance() const { return state_.time_of_loads() + integrator_.fraction() * integrator_.load_step(h_); }
   /// Velocity and acceleration of a local particle at the beginning of the step.
   Kinematics start_of(PetscInt i) const;
   /// Finds velocities, and accelerations if they count, from the positions before and after the step, in which by an
@@ -59,7 +71,7 @@ class SurfaceMotion : public MotionStage {
   /// The result of a step with a fault at its end; a fault of its start explains it. Empty: there is none. Collective.
   StageResult result_of(std::string fault) const;
   /// Lets the surface rebound from bodies, with its work. Collective. @param loads see BodyContact::rebound
-  void rebound(const BodyContact& bodies, std::vector<BodyLoad>& loads);
+  void rebound(std::vector<BodyLoad>& loads);
   /// The potentials of a list that are not null.
   static std::vector<Potential*> present(const std::vector<Potential*>& potentials);
 
@@ -69,10 +81,12 @@ class SurfaceMotion : public MotionStage {
   GasStage* gas_;
   TimeIntegrator integrator_;
   Pins pins_;
-  std::optional<AirDrag> air_;           ///< if there is air
-  std::optional<GasFilledPart> filled_;  ///< if there are chambers
-  std::optional<PathPart> path_;         ///< by arc length
-  StepPart* part_ = nullptr;             ///< with gas and along the path
+  std::optional<AirDrag> air_;                 ///< if there is air
+  double stiffness_ = 0;                       ///< of contact in the present step [Pa/m]
+  std::unique_ptr<BodyContact> body_contact_;  ///< bodies whose pressing is brought into balance; null: there are none
+  std::optional<GasFilledPart> filled_;        ///< if there are chambers
+  std::optional<PathPart> path_;               ///< by arc length
+  StepPart* part_ = nullptr;                   ///< with gas and along the path
   // The present step.
   double h_ = 0;              ///< its length [s]
   Field start_;               ///< positions at the beginning [m]

@@ -7,8 +7,6 @@
 #include <cmath>
 #include <utility>
 
-#include "air/drag_potential.h"
-#include "base/error.h"
 #include "combustion/combustion.h"
 #include "energies/vertex_potential.h"
 #include "parallel/collective.h"
@@ -47,20 +45,20 @@ WallMotion::WallMotion(const Membrane& membrane, const Options& options, State& 
       constraints_(std::move(constraints)),
       wall_(wall_of(membrane, options, textures)),
       elements_(membrane, wall_),
-      loads_(membrane, vertex_areas(membrane), options.attachments, options.forces, state.loads),
-      usual_stiffness_(stiffness_of_contact(membrane, wall_, options)),
-      bodies_(membrane, options.bodies, options.contact, usual_stiffness_) {
+      loads_(membrane, vertex_areas(membrane), options.attachments, options.forces, state.loads) {
+  const double usual_stiffness = stiffness_of_contact(membrane, wall_, options);
+  stiffness_ = options.contact.stiffness.value_or(usual_stiffness);
+  if (!options.bodies.empty()) {
+    body_contact_ = std::make_unique<BodyContact>(membrane, options.bodies, options.contact, usual_stiffness);
+  }
   mass_ = vertex_masses(membrane, wall_);
   if (state.burning) {
     hold_ = make_vertex_potential(membrane.particles, [this](PetscInt i, const Eigen::Vector3d& x) {
-      PointPotential hold;
-      const auto vertex = static_cast<std::size_t>(i);
-      if (mass_[vertex] == 0) {  // As if it had its mass and no velocity.
-        const double stiffness = membrane_.initial_mass[vertex] / (h_ * h_);
-        const Eigen::Vector3d away = x - start_.vector(i);
-        hold = {stiffness / 2 * away.squaredNorm(), stiffness * away, stiffness * Eigen::Matrix3d::Identity()};
-      }
-      return hold;
+      // As if it had its mass and no velocity.
+      const double stiffness = mass_[i] == 0 ? membrane_.initial_mass[i] / (h_ * h_) : 0;
+      const Eigen::Vector3d away = x - start_.vector(i);
+      return PointPotential{stiffness / 2 * away.squaredNorm(), stiffness * away,
+                            stiffness * Eigen::Matrix3d::Identity()};
     });
   }
   if (air_) {
@@ -81,23 +79,17 @@ WallMotion::WallMotion(const Membrane& membrane, const Options& options, State& 
   // It is made for the wall as it was, whatever has happened to it.
   elements_.set_burnt({}, {});
   const std::vector<Potential*> others =
-      present({bending_ ? &*bending_ : nullptr, hold_.get(), drag_.get(), buoyancy_.get()});
-  wall_part_.emplace(WallModel{elements_, constraints_, pins_, loads_, mass_, options.force.gravity, others,
-                               bodies_.bodies().empty() ? nullptr : &bodies_},
+      present({bending_ ? &*bending_ : nullptr, hold_.get(), drag_.get(), buoyancy_.get(), body_contact_.get()});
+  wall_part_.emplace(WallModel{elements_, constraints_, pins_, loads_, mass_, options.force.gravity, others},
                      options.prism, integrator_);
   set_part(
       *wall_part_, mass_, [this](double time) { wall_part_->set_time(time); },
-      [this](Field& position) { wall_part_->write_end(position); },
       [this](std::vector<double> pressure) {
         wall_part_->set_load(std::move(pressure), gas_->chambers().rims().sides());
       });
   if (wall_.preserve_volume) {
     volume_preservation_ = std::make_unique<VolumePreservation>(membrane, wall_, projectors, options.volume);
   }
-  for (PetscInt e = 0; e < membrane.elements.owned; ++e) {
-    rubber_volume_ += wall_.rest[e].volume;
-  }
-  rubber_volume_ = sum_over_ranks(membrane.comm(), rubber_volume_);
 }
 
 std::vector<bool> WallMotion::constrained() const {
@@ -130,32 +122,25 @@ StageResult WallMotion::begin(Step& step) {
   if (bending_) {
     bending_->begin_step(state_.position, state_.thickness_ratio);
   }
-  bodies_.set_surface(still, state_.active_triangles());
-  begin_acceleration();
+  begin_acceleration(still);
   set_drag(integrator_.fraction());
-  StepStart start = start_of_step();
-  if (path_) {  // The first x is the start.
-    start.velocity = nullptr;
-  }
-  wall_part_->begin_step(state_.position, start);
-  begin_gas_and_path(wall_part_->time());
+  begin_bodies(still, time_of_balance(), integrator_.fraction() * h_);
+  wall_part_->begin_step(state_.position, start_of_step());
+  begin_gas_and_path(time_of_balance());
   return {};
 }
 
-StepStart WallMotion::start_of_step() const {
-  return {&state_.velocity, state_.thickness_ratio, state_.time_of_loads(), h_, state_.acceleration};
-}
-
 /// The accelerations from which the first step goes on, if they count. Collective.
-void WallMotion::begin_acceleration() {
+void WallMotion::begin_acceleration(const std::vector<bool>& still) {
   if (state_.acceleration == nullptr || state_.step > 0) {
     return;
   }
   state_.acceleration->values().setZero();
   set_drag(0);
+  begin_bodies(still, state_.time, h_);
   Eigen::Matrix3Xd force = wall_part_->forces_at(state_.position, start_of_step());
   if (filled_) {
-    Eigen::Matrix3Xd of_gas = gas_forces_at_start();
+    Eigen::Matrix3Xd of_gas = filled_->forces_at(state_.time);
     constraints_.projectors.apply(of_gas);
     force += of_gas;
   }
@@ -169,13 +154,17 @@ StageResult WallMotion::take_balance(Step& step) {
   const auto timer = clock_.time("implicit step");
   step.newton_iterations = step.balance.newton_iterations;
   step.motion_iterations = step.balance.linear_iterations;
-  std::string fault = wall_part_->end_step(state_.position);
+  std::string fault;
+  write_end(state_.position);
+  if (integrator_.fraction() != 1 && wall_part_->inverted(start_, state_.position) > 0) {
+    fault = "the end of the step turns elements over: it is too long";
+  }
   if (filled_) {
     state_.pressure(filled_->prescribed()) = filled_->multiplier();
   }
-  if (fault.empty()) {
-    step.loads = bodies_.loads(part_->position());
-    fault = bodies_.sweep().fault(step.loads);
+  if (fault.empty() && body_contact_ != nullptr) {
+    step.loads = body_contact_->loads(part_->position());
+    fault = body_contact_->sweep().fault(step.loads);
   }
   if (const StageResult failed = result_of(std::move(fault)); !failed.converged) {
     return failed;
@@ -186,21 +175,28 @@ StageResult WallMotion::take_balance(Step& step) {
   return {};
 }
 
+void WallMotion::write_end(Field& position) const {
+  if (integrator_.fraction() == 1) {
+    position.values() = part_->position().values();
+  } else {
+    SurfaceMotion::write_end(position);
+  }
+}
+
 /// Adds the works of the step, by the forces with which it is in balance. Collective.
 void WallMotion::add_work() {
-  std::optional<Eigen::Matrix3Xd> of_gas;
-  if (filled_) {
-    of_gas = filled_->pressure_forces();
-  }
-  const StepWork work = wall_part_->work(state_.position, start_velocity_, of_gas ? &*of_gas : nullptr);
-  std::array<double, 2> of_others{drag_ != nullptr ? wall_part_->work_of(*drag_, state_.position) : 0,
-                                  buoyancy_ != nullptr ? wall_part_->work_of(*buoyancy_, state_.position) : 0};
+  const Eigen::Matrix3Xd of_gas = filled_ ? filled_->pressure_forces() : Eigen::Matrix3Xd();
+  const StepWork work = wall_part_->work(state_.position, start_velocity_, of_gas);
+  const auto work_of = [this](const Potential* potential) {
+    return potential != nullptr ? wall_part_->work_of(*potential, state_.position) : 0;
+  };
+  std::array<double, 3> of_others{work_of(drag_.get()), work_of(buoyancy_.get()), work_of(body_contact_.get())};
   of_others = sum_over_ranks(membrane_.comm(), of_others);
   of(state_.work, Work::gravity) += work.gravity;
   of(state_.work, Work::damping) += work.damping;
   of(state_.work, Work::pins) += work.pins;
   of(state_.work, Work::pressure) += work.pressure + of_others[1];
-  of(state_.work, Work::bodies) += work.bodies;
+  of(state_.work, Work::bodies) += of_others[2];
   of(state_.work, Work::air) += of_others[0];
   of(state_.work, Work::loads) += work.loads;
 }
@@ -220,8 +216,8 @@ StageResult WallMotion::end(Step& step) {
     step.error = max_over_ranks(membrane_.comm(), find_end(pinned()) / part_->length_scale());
     step.inverted = sum_over_ranks(membrane_.comm(), elements_.inverted(start_, state_.position));
   }
-  if (bodies_.rebounds() && options_.time.scheme == TimeScheme::implicit_euler) {
-    rebound(bodies_, step.loads);
+  if (body_contact_ != nullptr && body_contact_->rebounds() && options_.time.scheme == TimeScheme::implicit_euler) {
+    rebound(step.loads);
   }
   const auto record = [this](StepRecord kind) -> double& { return of(state_.record, kind); };
   const double number = static_cast<double>(state_.step + 1);
@@ -297,12 +293,14 @@ std::string WallMotion::progress(const Step& /*step*/) const {
 }
 
 void WallMotion::report(Report& report, const Step& step) const {
-  const std::array<double, 2> sums{elements_.volume(state_.position, state_.thickness_ratio),
-                                   elements_.energy(state_.position, state_.thickness_ratio) +
-                                       (bending_ ? bending_->energy(state_.position, state_.thickness_ratio) : 0)};
+  std::array<double, 3> sums{elements_.volume(state_.position, state_.thickness_ratio),
+                             elements_.energy(state_.position, state_.thickness_ratio) +
+                                 (bending_ ? bending_->energy(state_.position, state_.thickness_ratio) : 0),
+                             0};
   // The largest values, and the negatives of the least, of thickness, thickness ratio and an element's volume ratio.
   Eigen::Array<double, 3, 2> maxima = Eigen::Array<double, 3, 2>::Constant(-HUGE_VAL);
   for (PetscInt e = 0; e < membrane_.elements.owned; ++e) {
+    sums[2] += wall_.rest[e].volume;
     if (elements_.stiffness(e) == 0) {
       continue;
     }
@@ -313,12 +311,12 @@ void WallMotion::report(Report& report, const Step& step) const {
     maxima.col(0) = maxima.col(0).max(values);
     maxima.col(1) = maxima.col(1).max(-values);
   }
-  const auto [volume, energy] = sum_over_ranks(membrane_.comm(), sums);
+  const auto [volume, energy, undeformed_volume] = sum_over_ranks(membrane_.comm(), sums);
   max_over_ranks(membrane_.comm(), maxima);
   if (maxima(0, 0) < 0) {  // Nothing is left.
     maxima.setZero();
   }
-  report.add("rubber_volume_ratio", "", volume / rubber_volume_);
+  report.add("rubber_volume_ratio", "", volume / undeformed_volume);
   report.add("thickness_min", "m", -maxima(0, 1));
   report.add("thickness_max", "m", maxima(0, 0));
   report.add("thickness_ratio_min", "", -maxima(1, 1));

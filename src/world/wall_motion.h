@@ -39,21 +39,21 @@ class WallMotion : public SurfaceMotion {
   std::vector<std::string> remarks() const override;
 
   std::string stage() const override { return "implicit step"; }
-  std::string start_fault() const override { return bodies_.sweep().start_fault(); }
-  ContactSurface::Part contact_part() const override {
-    return {&membrane_, options_.contact.thickness, options_.contact.stiffness.value_or(usual_stiffness_)};
-  }
   std::vector<bool> constrained() const override;
   const double* mass() const override { return mass_.data(); }
   const std::vector<Eigen::Matrix3d>& stress() override;
-  const std::vector<Body>& bodies() const override { return bodies_.bodies(); }
   std::string progress(const Step& step) const override;
 
   const PrismElements& elements() const { return elements_; }
 
  private:
-  StepStart start_of_step() const;
-  void begin_acceleration();
+  void write_end(Field& position) const override;
+  /// By arc length the first x is the start.
+  StepStart start_of_step() const {
+    return {path_ ? nullptr : &state_.velocity, state_.thickness_ratio, state_.time_of_loads(), h_,
+            state_.acceleration};
+  }
+  void begin_acceleration(const std::vector<bool>& still);
   void add_work();
   void set_pressures(double time);
 
@@ -62,15 +62,12 @@ class WallMotion : public SurfaceMotion {
   Wall wall_;
   PrismElements elements_;
   PointLoads loads_;
-  double usual_stiffness_;  ///< of contact [Pa/m]
-  BodyContact bodies_;
   std::optional<WallBending> bending_;   ///< unless the wall has none
   std::unique_ptr<Potential> hold_;      ///< of vertices that have left; null: nothing burns
   std::unique_ptr<Potential> drag_;      ///< of the air; null: there is none
   std::unique_ptr<Potential> buoyancy_;  ///< forces of GasStage::uneven_forces; null: there are none
   std::optional<WallPart> wall_part_;
   std::unique_ptr<VolumePreservation> volume_preservation_;  ///< null: the wall's rule does not ask for it
-  double rubber_volume_ = 0;                                 ///< undeformed, of all ranks [m^3]
   std::vector<Eigen::Matrix3d> stress_;
 };
 

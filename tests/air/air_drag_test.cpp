@@ -31,7 +31,7 @@ class AirDragTest : public ::testing::Test {
 
   AirDrag begun(double time_end = 0) {
     AirDrag drag(sheet, air);
-    drag.begin_step({position, velocity, sheet.initial_mass, active, time_end});
+    drag.begin_step(position, velocity, sheet.initial_mass, active, time_end);
     return drag;
   }
 
@@ -145,7 +145,7 @@ TEST(AirDrag, ClosedSurfacesAreDraggedOnAllSides) {
   const Field velocity(ball.particles, 3);
   position.values() = ball.rest;
   AirDrag drag(ball, air);
-  drag.begin_step({position, velocity, {}});
+  drag.begin_step(position, velocity, {}, nullptr, 0);
   Vector3d sum = Vector3d::Zero();
   for (PetscInt i = 0; i < ball.particles.owned; ++i) {
     sum += drag.push(i);

@@ -202,7 +202,7 @@ class BalancedBalloon {
   explicit BalancedBalloon(SpringBalloon& balloon)
       : balloon_(balloon),
         wall_(balloon.model(), balloon.options),
-        part_(wall_, {"", &balloon.chambers, &balloon.gas_step, &wall_.start()},
+        part_(wall_, {{"", &balloon.chambers, &balloon.gas_step}, &wall_.start()},
               [this](std::vector<double> pressure) { wall_.set_load(std::move(pressure), {}); }),
         objective_({&part_}, {}, balloon.options.mat_type, balloon.options.solver_prefix),
         solver_(objective_, balloon.options) {}
