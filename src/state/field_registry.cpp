@@ -108,7 +108,7 @@ void FieldRegistry::pack(Item item, PetscInt local, std::byte* record, double fr
 }
 
 Records FieldRegistry::packed(Item item) const {
-  Records records(record_size(item), item == Item::particle ? particles_->owned : cells_.owned);
+  Records records(record_size(item), item == Item::particle ? particles_->owned : cells_);
   for (PetscInt i = 0; i < records.count(); ++i) {
     pack(item, i, records.at(i));
   }

@@ -71,12 +71,12 @@ inline Field scattered(const Membrane& membrane, double phase) {
   return field;
 }
 
-inline Eigen::Vector3d sum_over_ranks(Eigen::Vector3d value) {
+inline Eigen::Vector3d sum_over_world(Eigen::Vector3d value) {
   MPI_Allreduce(MPI_IN_PLACE, value.data(), 3, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
   return value;
 }
 
-inline double sum_over_ranks(double value) {
+inline double sum_over_world(double value) {
   MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
   return value;
 }
@@ -85,7 +85,7 @@ inline double sum_over_ranks(double value) {
 template <class A, class B>
 double dot(const Membrane& membrane, const A& a, const B& b) {
   const auto owned = static_cast<Eigen::Index>(membrane.particles.owned);
-  return sum_over_ranks(a.leftCols(owned).cwiseProduct(b.leftCols(owned)).sum());
+  return sum_over_world(a.leftCols(owned).cwiseProduct(b.leftCols(owned)).sum());
 }
 
 /// K w of the owned vertices with K = factor g g^T + load stiffness of pressure p, g the volume's gradient.

@@ -70,7 +70,7 @@ TEST(SheetChambers, TheVolumeIsThatBetweenCornersAndLatticePoints) {
   }
   const double added = Chambers(sheet, GasOptions(), {{"air", of_pressure(1)}}).initial_volume(0) -
                        Chambers(closed_sheet(3, 1e-12), GasOptions(), {{"air", of_pressure(1)}}).initial_volume(0);
-  EXPECT_NEAR(added, sum_over_ranks(area) * t / 3, 1e-6 * added);
+  EXPECT_NEAR(added, sum_over_world(area) * t / 3, 1e-6 * added);
 }
 
 TEST(SheetChambers, ForcesAreTheVolumesDerivativeAndAddUpToNothing) {
@@ -79,7 +79,7 @@ TEST(SheetChambers, ForcesAreTheVolumesDerivativeAndAddUpToNothing) {
   Field x = place_of(sheet);
   const Eigen::Matrix3Xd gradient = chambers.volume_gradient(0, x);
   const double largest = gradient.size() > 0 ? gradient.cwiseAbs().maxCoeff() : 0;
-  EXPECT_LE(sum_over_ranks(Eigen::Vector3d(gradient.rowwise().sum())).norm(), 1e-12 * axes.prod() / axes[0]);
+  EXPECT_LE(sum_over_world(Eigen::Vector3d(gradient.rowwise().sum())).norm(), 1e-12 * axes.prod() / axes[0]);
   EXPECT_LT(largest, 1);
   Field w(sheet.particles, 3);
   for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
@@ -94,7 +94,7 @@ TEST(SheetChambers, ForcesAreTheVolumesDerivativeAndAddUpToNothing) {
   const double step = 1e-4;
   const double slope =
       (8 * (volume_at(step) - volume_at(-step)) - volume_at(2 * step) + volume_at(-2 * step)) / (12 * step);
-  const double expected = sum_over_ranks(gradient.cwiseProduct(w.values().leftCols(gradient.cols())).sum());
+  const double expected = sum_over_world(gradient.cwiseProduct(w.values().leftCols(gradient.cols())).sum());
   EXPECT_NEAR(slope, expected, 1e-8 * std::abs(expected) + 1e-12);
 }
 

@@ -14,7 +14,7 @@
 namespace pellicle {
 namespace {
 
-double sum_over_ranks(double value, MPI_Comm comm = PETSC_COMM_WORLD) {
+double sum_over_world(double value, MPI_Comm comm = PETSC_COMM_WORLD) {
   MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_DOUBLE, MPI_SUM, comm);
   return value;
 }
@@ -62,8 +62,8 @@ struct Balloon {
         initial += wall.rest[e].area * wall.thickness[e];
       }
     }
-    initial = sum_over_ranks(initial, membrane.comm());
-    return (sum_over_ranks(present, membrane.comm()) - initial) / initial;
+    initial = sum_over_world(initial, membrane.comm());
+    return (sum_over_world(present, membrane.comm()) - initial) / initial;
   }
 
   /// Collective. [kg m]
@@ -185,9 +185,9 @@ TEST(VolumePreservation, CentreOfMassOfAClosedMembraneStays) {
   for (const double m : vertex_masses(balloon.membrane, balloon.wall)) {
     mass += m;
   }
-  mass = sum_over_ranks(mass);
+  mass = sum_over_world(mass);
   const Eigen::Vector3d drift = (balloon.first_moment() - before) / mass;
-  EXPECT_GT(sum_over_ranks(moved), 1e-7);
+  EXPECT_GT(sum_over_world(moved), 1e-7);
   EXPECT_LT(drift.norm(), 1e-15);
 }
 
@@ -334,7 +334,7 @@ TEST_F(VolumeReference, VolumeAndGradients) {
     }
   }
   const auto volume = expected["volume"].as<double>();
-  EXPECT_NEAR(sum_over_ranks(sum), volume, 1e-9 * volume);
+  EXPECT_NEAR(sum_over_world(sum), volume, 1e-9 * volume);
   for (PetscInt i = 0; i < membrane.particles.owned; ++i) {
     const PetscInt id = membrane.persistent_id[i];
     EXPECT_LT((gradient.col(i) - vector(expected["grad"], id)).norm(), 1e-12);

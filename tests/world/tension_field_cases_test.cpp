@@ -14,7 +14,7 @@
 namespace pellicle::tension_field_cases_test {
 namespace {
 
-double sum_over_ranks(double own) {
+double sum_over_world(double own) {
   MPI_Allreduce(MPI_IN_PLACE, &own, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
   return own;
 }
@@ -66,8 +66,8 @@ Mylar mylar_balloon(int rings, double slack_tension) {
     found.radius += rest > 1 - 1e-9 ? x.head<2>().norm() : 0;
     at_rim += rest > 1 - 1e-9 ? 1 : 0;
   }
-  found.thickness = sum_over_ranks(found.thickness);
-  found.radius = sum_over_ranks(found.radius) / sum_over_ranks(at_rim);
+  found.thickness = sum_over_world(found.thickness);
+  found.radius = sum_over_world(found.radius) / sum_over_world(at_rim);
   found.volume = 2 * balloon.volume() / std::pow(radius, 3);
   print_once("  %d rings, slack tension %g: radius %.5f, thickness %.5f, volume %.5f; %d Newton iterations, %.3f s\n",
              rings, slack_tension, found.radius, found.thickness, found.volume, balloon.newton_iterations,
