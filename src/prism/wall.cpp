@@ -59,6 +59,11 @@ Material checked(Material material, const std::string& key, const MaterialOption
     }
     const double young = *options.young_modulus;
     const double poisson = *options.poisson_ratio;
+    refuse_if(
+        !(poisson > -1 && poisson < 0.5),
+        "{}poisson_ratio: {} given, expected more than -1 and less than 0.5 (prism.thickness incompressible is the "
+        "limit 0.5)",
+        key, number_text(poisson));
     material.mu = young / (2 * (1 + poisson));
     material.lambda = young * poisson / ((1 + poisson) * (1 - 2 * poisson));
   }

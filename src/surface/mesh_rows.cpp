@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <map>
-#include <utility>
 
 #include "base/error.h"
 #include "parallel/collective.h"

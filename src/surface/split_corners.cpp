@@ -5,7 +5,6 @@
 #include <iterator>
 #include <map>
 #include <numeric>
-#include <utility>
 
 #include "base/disjoint_sets.h"
 #include "parallel/collective.h"
