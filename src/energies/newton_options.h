@@ -17,6 +17,13 @@ inline std::vector<std::string> names_of(NewtonEnd) { return {"converged", "fixe
 enum class TangentFactorisation { automatic, always, never };
 inline std::vector<std::string> names_of(TangentFactorisation) { return {"auto", "always", "never"}; }
 
+/// The steps whose tangent is factorised from the start because iterations have failed. A part of an object's state, so
+/// that a run goes on from a checkpoint as without it.
+struct FactorisedSteps {
+  PetscInt in_a_row = 0;  ///< without trying iterations
+  PetscInt left = 0;      ///< of these
+};
+
 /// Tangent of Newton's method far from balance. exact: the exact one, moved towards the positive one as little as the
 /// linear solver needs; positive: the positive one, and if snes_rtol asks for more than two digits the exact one once
 /// the residual is a tenth of the forces.

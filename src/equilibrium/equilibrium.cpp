@@ -69,7 +69,7 @@ void Equilibrium::share_gas() {
   }
 }
 
-EquilibriumResult Equilibrium::solve(double h) {
+EquilibriumResult Equilibrium::solve(double h, FactorisedSteps& factorised) {
   EquilibriumResult result;
   const auto fail = [&](const std::string& of_whom, const std::string& reason) {
     result.converged = false;
@@ -92,7 +92,7 @@ EquilibriumResult Equilibrium::solve(double h) {
   for (bool is_done = false; !is_done;) {
     const int newton_iterations = result.newton_iterations;
     const int linear_iterations = result.linear_iterations;
-    static_cast<ImplicitResult&>(result) = balance(h);
+    static_cast<ImplicitResult&>(result) = balance(h, factorised);
     result.newton_iterations += newton_iterations;
     result.linear_iterations += linear_iterations;
     if (!result.converged) {
@@ -120,7 +120,7 @@ EquilibriumResult Equilibrium::solve(double h) {
 }
 
 /// Brings the objects that have a part into balance.
-ImplicitResult Equilibrium::balance(double h) {
+ImplicitResult Equilibrium::balance(double h, FactorisedSteps& factorised) {
   if (solver_ == nullptr) {
     return {};
   }
@@ -136,7 +136,7 @@ ImplicitResult Equilibrium::balance(double h) {
       contact_->set_surface(motion.constrained(), &none, p);
     }
   }
-  return solver_->advance(h);
+  return solver_->advance(h, factorised);
 }
 
 /// Message about surfaces that have passed through each other because they touched at the start, or empty.

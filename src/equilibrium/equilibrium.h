@@ -82,8 +82,8 @@ class Equilibrium {
   Equilibrium& operator=(const Equilibrium&) = delete;
 
   /// Brings the step of length h [s], which all objects have begun, into balance. The reason of a failure names the
-  /// object if there are several.
-  EquilibriumResult solve(double h);
+  /// object if there are several. @param factorised of the step before; is set to that of this one
+  EquilibriumResult solve(double h, FactorisedSteps& factorised);
 
   /// Describes its linear solver, such as "cg, mg with rigid patches"; empty: nothing is brought into balance.
   std::string solver_words() const { return solver_ ? solver_->solver_words() : ""; }
@@ -95,7 +95,7 @@ class Equilibrium {
 
  private:
   void share_gas();
-  ImplicitResult balance(double h);
+  ImplicitResult balance(double h, FactorisedSteps& factorised);
   std::string crossed() const;
   void count_contact(EquilibriumResult& result) const;
   std::string heading(const CoupledMotion& object) const { return object.name.empty() ? "" : object.name + ": "; }

@@ -132,7 +132,7 @@ ImplicitStep::ImplicitStep(StepObjective& objective, const NewtonOptions& option
   newton_.emplace(matrix, options.solver_prefix, std::move(problem), defaults);
 }
 
-ImplicitResult ImplicitStep::advance(double h) {
+ImplicitResult ImplicitStep::advance(double h, FactorisedSteps& factorised) {
   ImplicitResult result;
   if (!objective_.begin_step(h)) {
     result.converged = false;
@@ -140,9 +140,20 @@ ImplicitResult ImplicitStep::advance(double h) {
     return result;
   }
   objective_.write_to(unknowns_);
-  lag_.forget();  // A step depends on its start alone, so that one after a restart is the same.
+  // A step depends on its start alone, so that one after a restart is the same.
+  lag_.forget();
+  if (positive_ != nullptr) {
+    positive_ = {};
+    system_.forget_pattern();
+  }
   concave_iterations_ = 0;
-  choose_solver();
+  has_failed_ = false;
+  is_factorised_ = false;
+  system_.use(nullptr);
+  if (options_.factor == TangentFactorisation::always || factorised.left > 0) {
+    factorise();
+    factorised.left = std::max<PetscInt>(factorised.left - 1, 0);
+  }
   NewtonResult newton;
   do {
     last_values_.clear();
@@ -157,6 +168,13 @@ ImplicitResult ImplicitStep::advance(double h) {
   } while (may_go_on(newton) && objective_.refresh());
   result.concave_iterations = concave_iterations_;
   result.is_factorised = is_factorised_;
+  if (has_failed_) {
+    constexpr PetscInt most_in_a_row = 8;  // until iterations are tried again
+    factorised.in_a_row = std::clamp<PetscInt>(2 * factorised.in_a_row, 1, most_in_a_row);
+    factorised.left = factorised.in_a_row;
+  } else if (!is_factorised_) {
+    factorised.in_a_row = 0;  // They were sufficient for the whole step.
+  }
   if (result.converged) {
     judge(newton, result);
   } else {
@@ -296,19 +314,6 @@ double ImplicitStep::next_share() {
   return last_ratio_ > good_ratio ? std::max(fraction_ - 2 * share_step, 0.0) : fraction_;
 }
 
-/// Chooses iterations at the beginning of a step, unless they have failed recently.
-void ImplicitStep::choose_solver() {
-  if (steps_left_ == 0 && may_factorise_ && !is_factorised_) {
-    steps_to_factorise_ = 0;  // they were sufficient for the whole of the last step
-  }
-  is_factorised_ = false;
-  system_.use(nullptr);
-  if (options_.factor == TangentFactorisation::always || steps_left_ > 0) {
-    factorise();
-    steps_left_ = std::max(steps_left_ - 1, 0);
-  }
-}
-
 void ImplicitStep::factorise() {
   if (!factor_) {
     factor_.emplace(objective_.tangent(), system_, options_.solver_prefix);
@@ -348,12 +353,10 @@ LinearResult ImplicitStep::solve(Vec right_hand_side, Vec solution) {
 
 /// Solves with the present tangent; if iterations fail, it is factorised from now on, if that is allowed.
 LinearResult ImplicitStep::solve_or_factorise(Vec right_hand_side, Vec solution) {
-  constexpr int most_steps_to_factorise = 8;  // until iterations are tried again
   LinearResult result = solve_once(right_hand_side, solution);
   const bool has_failed = result.solved == Solved::no || result.solved == Solved::bad_preconditioner;
   if (has_failed && may_factorise_ && !is_factorised_) {
-    steps_to_factorise_ = std::clamp(2 * steps_to_factorise_, 1, most_steps_to_factorise);
-    steps_left_ = steps_to_factorise_;
+    has_failed_ = true;
     factorise();
     result.go_on(solve_once(right_hand_side, solution));
   }

@@ -40,8 +40,7 @@ struct ImplicitResult {
 ///
 /// The linear solves are by conjugate gradients with rigid patches, or with the blocks of the diagonal where patches do
 /// not help. Once a solve takes more than 100 iterations the tangent is factorised (TangentFactor) for the rest of the
-/// step, and for 1, 2, 4, 8 further steps each time that iterations are tried again and fail. A new ImplicitStep starts
-/// this count again.
+/// step, and for 1, 2, 4, 8 further steps each time that iterations are tried again and fail (FactorisedSteps).
 ///
 /// Where the tangent is not positive definite, the objective has no minimum near and may have several further away. The
 /// linear solver detects this: the factor has negative pivots, or conjugate gradients meet a direction of negative
@@ -62,8 +61,8 @@ class ImplicitStep {
   ImplicitStep(StepObjective& objective, const NewtonOptions& options);
 
   /// Moves the objective to the end of the step of length h [s] that its parts have begun, or to Newton's last iterate
-  /// if the result has not converged. Collective.
-  ImplicitResult advance(double h);
+  /// if the result has not converged. Collective. @param factorised of the step before; is set to that of this one
+  ImplicitResult advance(double h, FactorisedSteps& factorised);
 
   /// Description of the linear solver, such as "cg, mg with rigid patches".
   const std::string& solver_words() const { return solver_words_; }
@@ -72,7 +71,6 @@ class ImplicitStep {
   void update_jacobian();
   PetscBool reuses_preconditioner(const NewtonRequest& request);
   double next_share();
-  void choose_solver();
   void factorise();
   LinearResult solve(Vec right_hand_side, Vec solution);
   LinearResult solve_or_factorise(Vec right_hand_side, Vec solution);
@@ -91,8 +89,7 @@ class ImplicitStep {
   std::optional<RigidPatches> patches_;  ///< of the preconditioner, if it is multigrid
   std::string solver_words_;
   bool is_factorised_ = false;              ///< whether the tangent is factorised in the present step
-  int steps_to_factorise_ = 0;              ///< steps in a row without trying iterations
-  int steps_left_ = 0;                      ///< remaining steps without trying iterations
+  bool has_failed_ = false;                 ///< whether iterations have failed in it
   std::optional<TangentFactor> factor_;     ///< after it has been needed
   std::optional<BorderedSystem> bordered_;  ///< of positions and pressures, if a volume is prescribed
   std::optional<LoadBorder> path_;          ///< of positions and the loads' time, if by arc length

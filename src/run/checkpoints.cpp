@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int format = 3;
+constexpr int format = 4;
 
 /// The name of a table about a deck of the run. @param deck its number, from 0 @param what "text" or "source", the file
 /// that it comes from

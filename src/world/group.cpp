@@ -90,7 +90,8 @@ void Group::advance(double h, StepResult& all) {
       return;
     }
   }
-  last_ = equilibrium->solve(h);
+  FactorisedSteps& factorised = present.front()->state().factorised_steps;
+  last_ = equilibrium->solve(h, factorised);
   all.iterations += last_.linear_iterations + last_.moving_iterations;
   all.newton_iterations += last_.newton_iterations;
   if (!last_.converged) {
@@ -105,6 +106,7 @@ void Group::advance(double h, StepResult& all) {
   }
   for (std::size_t k = 0; k < present.size(); ++k) {
     Object& object = *present[k];
+    object.state().factorised_steps = factorised;
     if (!last_.contact_work.empty()) {
       object.state().contact_work += last_.contact_work[k].pressing;
       object.state().friction_work += last_.contact_work[k].friction;

@@ -103,6 +103,8 @@ State::State(const Surface& surface, const Options& options, int chambers)
       target_length(own<TargetLengths>()),
       thickness_ratio(own<std::vector<double>>()),
       record(own<Eigen::VectorXd>()) {
+  declare({"factorised_in_a_row", "", Item::object}, factorised_steps.in_a_row);
+  declare({"factorised_left", "", Item::object}, factorised_steps.left);
   position.values() = surface.rest;
   std::fill(pin.begin(), pin.end(), -1);
   std::fill(chamber.begin(), chamber.end(), -1);

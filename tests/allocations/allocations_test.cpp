@@ -127,7 +127,7 @@ TEST_P(AllocationsOfAStep, AreNone) {
     expect_none(
         "balance",
         [&] {
-          step.balance = equilibrium.solve(step.h);
+          step.balance = equilibrium.solve(step.h, state->factorised_steps);
           return step.balance.converged && motion.take_balance(step).converged;
         },
         true);

@@ -210,7 +210,7 @@ class BalancedBalloon {
   ImplicitResult advance(double h) {
     wall_.begin_step(balloon_.x, {&balloon_.velocity, balloon_.thickness_ratio, 0, h});
     part_.begin_step(Eigen::VectorXd::Zero(1), h, h, h);
-    return solver_.advance(h);
+    return solver_.advance(h, factorised_);
   }
 
  private:
@@ -219,6 +219,7 @@ class BalancedBalloon {
   GasFilledPart part_;
   StepObjective objective_;
   ImplicitStep solver_;
+  FactorisedSteps factorised_;
 };
 
 struct Way {

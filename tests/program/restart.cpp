@@ -194,6 +194,16 @@ TEST_F(RestartTest, CheckpointsDoNotChangeTheStepsOfARun) {
   expect_same_steps({deck_path("curtain"), "-output_name", "scene", "-time_max_steps", "6"});
 }
 
+// Where iterations have failed further steps are factorised from the start, also after a restart.
+TEST_F(RestartTest, FactorisedStepsGoOnAsTheyWere) {
+  for (const std::string steps : {"1", "3"}) {
+    const CommandResult result = succeed(1, {deck_path("bellows_network"), "-output_name", "ring", "-output_directory",
+                                             steps, "-verify_restart", steps});
+    EXPECT_NE(result.output.find("the tangent is factorised"), std::string::npos) << result;
+    EXPECT_NE(result.output.find("fields are the same"), std::string::npos) << result;
+  }
+}
+
 // Its steps go on from accelerations, too, which the checkpoint must have.
 TEST_F(RestartTest, ABalloonByGeneralizedAlpha) {
   const Arguments scene = balloon() + Arguments{"-time_scheme", "generalized_alpha", "-time_step", "2ms"};

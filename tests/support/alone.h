@@ -43,7 +43,7 @@ class Alone {
     };
     take(object.begin(h));
     if (step.converged) {
-      const EquilibriumResult balance = equilibrium_.solve(h);
+      const EquilibriumResult balance = equilibrium_.solve(h, state().factorised_steps);
       step.converged = balance.converged;
       step.reason = balance.reason;
       if (balance.converged) {
@@ -103,7 +103,7 @@ class Alone {
   /// Null: nothing touches.
   const SurfaceContact* contact() const { return equilibrium_.contact(); }
   /// The balance of a step that has begun.
-  EquilibriumResult solve(double h) { return equilibrium_.solve(h); }
+  EquilibriumResult solve(double h) { return equilibrium_.solve(h, state().factorised_steps); }
 
   Object object;
 

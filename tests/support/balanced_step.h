@@ -29,7 +29,7 @@ class BalancedStep {
   /// @param positions in: to which the sheet would go without forces; out: at the end of the step
   ImplicitResult advance(Field& positions, const SheetInput& input) {
     part.begin(positions, input);
-    const ImplicitResult result = solver_.advance(input.h);
+    const ImplicitResult result = solver_.advance(input.h, factorised_);
     positions.values() = part.position().values();
     return result;
   }
@@ -39,6 +39,7 @@ class BalancedStep {
  private:
   StepObjective objective_;
   ImplicitStep solver_;
+  FactorisedSteps factorised_;
 };
 
 /// A sheet in motion without heat: external force, springs, velocity update.
