@@ -99,7 +99,7 @@ struct Newton::Callbacks {
       if (*reason == SNES_CONVERGED_ITERATING && problem.rounding && norm <= problem.rounding()) {
         *reason = SNES_CONVERGED_FNORM_ABS;
       }
-      if (problem.scale && iteration > 0 &&
+      if (problem.scale &&
           (*reason == SNES_CONVERGED_ITERATING || *reason == SNES_CONVERGED_FNORM_RELATIVE)) {
         PetscReal rtol = 0;
         PetscReal stol = 0;

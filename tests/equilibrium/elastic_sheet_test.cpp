@@ -121,6 +121,23 @@ TEST(ElasticSheetTest, EnergyNeverGrowsAndMomentumStays) {
   }
 }
 
+// The springs of a sheet that goes back pull less than its viscosity brakes: that is within a tolerance of 1.
+TEST(ElasticSheetTest, AStepWhoseStartIsWithinTheToleranceMovesByInertiaAlone) {
+  SheetMaterial material;
+  material.damping = 0.02;
+  const Sheet sheet = sheet_of(PETSC_COMM_WORLD, grid_mesh(4, 4, 0.1));
+  for (const double tolerance : {1.0, 1e-2}) {
+    ElasticOptions options;
+    options.snes_rtol = tolerance;
+    Moving motion(sheet, material, options);
+    motion.positions.values() = 1.1 * sheet.rest;
+    motion.velocities.values() = -sheet.rest;
+    const ImplicitResult result = motion.advance(0.01);
+    EXPECT_EQ(result.newton_iterations > 0, tolerance < 1);
+    EXPECT_EQ(motion.positions.values() == motion.unconstrained, tolerance == 1);
+  }
+}
+
 TEST(ElasticSheetTest, ACurvedSheetIsAtRestAsItWasMade) {
   const Sheet sheet = sheet_of(PETSC_COMM_WORLD, torus_mesh({24, 12}, 0.3, 0.1));
   Moving motion(sheet, SheetMaterial(), tight());
