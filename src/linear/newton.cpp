@@ -99,8 +99,7 @@ struct Newton::Callbacks {
       if (*reason == SNES_CONVERGED_ITERATING && problem.rounding && norm <= problem.rounding()) {
         *reason = SNES_CONVERGED_FNORM_ABS;
       }
-      if (problem.scale &&
-          (*reason == SNES_CONVERGED_ITERATING || *reason == SNES_CONVERGED_FNORM_RELATIVE)) {
+      if (problem.scale && (*reason == SNES_CONVERGED_ITERATING || *reason == SNES_CONVERGED_FNORM_RELATIVE)) {
         PetscReal rtol = 0;
         PetscReal stol = 0;
         check(SNESGetTolerances(snes, nullptr, &rtol, &stol, nullptr, nullptr));
