@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 #include "meshing/format_readers.h"
+#include "meshing/mesh_check.h"
 #include "meshing/text_file.h"
 #include "options/spelling.h"
 
@@ -79,6 +80,7 @@ SurfaceMesh read_stl(const std::string& path) {
   TextFile file(path);
   const bool is_text = file.content().find('\0') == std::string::npos;
   SurfaceMesh mesh = is_text ? read_text(file) : read_binary(path, file.content());
+  require_coordinates(mesh, path);  // Equal points are found by sorting.
   weld(mesh);
   mesh.point_id.clear();
   return mesh;

@@ -3,8 +3,12 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <cstdlib>
+#include <cstring>
+#include <limits>
 #include <new>
 
 #include "base/error.h"
@@ -412,6 +416,15 @@ TEST(StlReader, MergesEqualPointsOfTextFiles) {
   expect_fault("a.stl", broken.replace(broken.find("1 1 0"), 5, "1 a 0"), "a.stl:6: 'a', expected a coordinate");
   broken = content;
   expect_fault("a.stl", broken.replace(broken.find("1 1 0"), 5, "1 nan 0"), "a.stl:6: 'nan', expected a coordinate");
+}
+
+TEST(StlReader, NamesTheBrokenPointOfABinaryFile) {
+  std::string content(84 + 50, '\0');
+  const std::uint32_t facets = 1;
+  const std::array<float, 9> corners{0, 0, 0, 1, std::numeric_limits<float>::quiet_NaN(), 0, 0, 1, 0};
+  std::memcpy(&content[80], &facets, sizeof facets);
+  std::memcpy(&content[84 + 12], corners.data(), sizeof corners);
+  expect_fault("a.stl", content, "nan   0), expected finite coordinates");
 }
 
 TEST(StlReader, ReadsTextHoweverItIsWritten) {
