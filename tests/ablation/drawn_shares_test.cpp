@@ -9,20 +9,11 @@
 
 #include "ablation/ablation.h"
 #include "ablation/cut_surface.h"
+#include "parallel/collective.h"
 #include "tests/ablation/sheets.h"
 
 namespace pellicle {
 namespace {
-
-double sum_over_world(double value) {
-  MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
-  return value;
-}
-
-double max_over_world(double value) {
-  MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_DOUBLE, MPI_MAX, PETSC_COMM_WORLD);
-  return value;
-}
 
 /// A grid of unit cells, crumpled, whose mass ratio is a function of the undeformed place; burnt where it is below 0.5.
 struct BurntSheet {
@@ -45,7 +36,7 @@ struct BurntSheet {
   }
 
   double whole(const Field& amount) const {
-    return sum_over_world(amount.values().row(0).head(sheet.particles.owned).sum());
+    return sum_over_ranks(PETSC_COMM_WORLD, amount.values().row(0).head(sheet.particles.owned).sum());
   }
   /// Sum of density times area over the surface triangles of all ranks.
   double drawn(const std::vector<double>& density) const {
@@ -62,7 +53,7 @@ struct BurntSheet {
       const double area = 0.5 * (corner(1) - corner(0)).cross(corner(2) - corner(0)).norm();
       sum += area * density[surface.elements[t]];
     }
-    return sum_over_world(sum);
+    return sum_over_ranks(PETSC_COMM_WORLD, sum);
   }
 
   Sheet sheet;
@@ -115,7 +106,8 @@ TEST(DrawnShares, SliversAtAFrontAreNotHeavy) {
       9, 4, [](const Eigen::Vector3d& x) { return std::clamp(0.5 + 0.1 * (4.01 - x.x()), 0.3, 1.0); }, 0);
   const std::vector<double> density =
       DrawnShares(front.sheet, front.active, front.surface, front.positions).density(front.mass);
-  const double largest = max_over_world(density.empty() ? 0 : *std::max_element(density.begin(), density.end()));
+  const double largest =
+      max_over_ranks(PETSC_COMM_WORLD, density.empty() ? 0 : *std::max_element(density.begin(), density.end()));
   EXPECT_LT(largest, 2 * test_density);
   EXPECT_NEAR(front.drawn(density), front.whole(front.mass), 1e-12);
 }

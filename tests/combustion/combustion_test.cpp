@@ -8,6 +8,7 @@
 
 #include "meshing/closed_shapes.h"
 #include "meshing/readers.h"
+#include "parallel/collective.h"
 #include "tests/heat/sheets.h"
 
 namespace pellicle {
@@ -27,7 +28,9 @@ class Combustion : public ::testing::Test {
   Field uniform(double value) {
     return field_of(sheet_, [=](const Eigen::Vector3d&) { return value; });
   }
-  double total(const Field& field) { return sum_over_world(field.values().row(0).head(sheet_.particles.owned).sum()); }
+  double total(const Field& field) {
+    return sum_over_ranks(PETSC_COMM_WORLD, field.values().row(0).head(sheet_.particles.owned).sum());
+  }
 
   Sheet sheet_;
   Field mass_;
@@ -71,7 +74,7 @@ TEST_F(Combustion, MassLeftAndMassBurntAddUpToTheInitialMass) {
   for (int n = 0; n < 500; ++n) {
     const Field temperature =
         field_of(sheet_, [=](const Eigen::Vector3d& x) { return 400 + 300 * std::sin(3 * x.x() + 0.01 * n) * x.y(); });
-    burnt += sum_over_world(burn(mass_, change_, sheet_, {temperature, {}, 0.01}, options_));
+    burnt += sum_over_ranks(PETSC_COMM_WORLD, burn(mass_, change_, sheet_, {temperature, {}, 0.01}, options_));
     ASSERT_NEAR(total(mass_) + burnt, initial, 1e-12 * initial) << n;
   }
   EXPECT_GT(burnt, 0.001 * initial);
@@ -83,7 +86,8 @@ TEST_F(Combustion, ParticlesThatHaveLeftLoseNothingAndTheirSpringsKeepALength) {
   }
   const double before = total(mass_);
   const Field temperature = uniform(900);
-  const double burnt = sum_over_world(burn(mass_, change_, sheet_, {temperature, {}, 0.01}, options_));
+  const double burnt =
+      sum_over_ranks(PETSC_COMM_WORLD, burn(mass_, change_, sheet_, {temperature, {}, 0.01}, options_));
   EXPECT_GT(burnt, 0);
   EXPECT_NEAR(total(mass_) + burnt, before, 1e-12 * before);
   for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
@@ -221,14 +225,15 @@ TEST(CombustionOfAMembrane, MassIsLostAsOnASheet) {
   Field change(membrane.particles, 1);
   double lost = 0;
   for (int step = 1; step <= 10; ++step) {
-    lost += sum_over_world(burn(mass, change, membrane, {temperature, {}, 0.1}, options));
+    lost += sum_over_ranks(PETSC_COMM_WORLD, burn(mass, change, membrane, {temperature, {}, 0.1}, options));
     const double left = std::max(0.4, 1 - 0.1 * step);
     for (PetscInt i = 0; i < membrane.particles.local(); ++i) {
       const double initial = membrane.initial_mass[i];
       EXPECT_NEAR(mass.data()[i], left * initial, 1e-14 * initial);
     }
   }
-  const double whole = sum_over_world(initial_masses(membrane).values().leftCols(membrane.particles.owned).sum());
+  const double whole =
+      sum_over_ranks(PETSC_COMM_WORLD, initial_masses(membrane).values().leftCols(membrane.particles.owned).sum());
   EXPECT_NEAR(lost, 0.6 * whole, 1e-13 * whole);
 }
 

@@ -12,6 +12,7 @@
 
 #include "geometry/pi.h"
 #include "meshing/triangulation.h"
+#include "parallel/collective.h"
 #include "tests/heat/sheets.h"
 
 namespace pellicle {
@@ -47,7 +48,7 @@ struct Standing {
 
 /// The area that would take as much heat if it touched the body. Collective.
 double touching_area(const Surface& surface, const Body& body, const BodyHeatInput& input) {
-  return sum_over_world(body_conductance(surface, body, input).sum()) / transfer;
+  return sum_over_ranks(PETSC_COMM_WORLD, body_conductance(surface, body, input).sum()) / transfer;
 }
 double touching_area(const Surface& surface, const Body& body) {
   return touching_area(surface, body, Standing(surface).input());
@@ -135,14 +136,15 @@ TEST(BodyHeat, AFlatSurfaceOnAPlaneTakesHeatByItsArea) {
     const Standing standing(sheet);
     Field temperature = field_of(sheet, [](const Vector3d&) { return 300.0; });
     const double h = 0.05;
-    const double area = sum_over_world(standing.mass.values().leftCols(sheet.particles.owned).sum()) / test_density;
+    const double area =
+        sum_over_ranks(PETSC_COMM_WORLD, standing.mass.values().leftCols(sheet.particles.owned).sum()) / test_density;
     const double rise = 500 * (1 - std::exp(-transfer * h / (test_density * capacity)));
     const BodyHeat heat =
         exchange_with_bodies(temperature, sheet, {hot_body(HalfSpace{}, {0, 0, 0})}, standing.input(h));
-    EXPECT_NEAR(sum_over_world(heat.gained), test_density * area * capacity * rise, 1e-10);
+    EXPECT_NEAR(sum_over_ranks(PETSC_COMM_WORLD, heat.gained), test_density * area * capacity * rise, 1e-10);
     EXPECT_EQ(heat.lost, 0);
-    EXPECT_NEAR(max_over_world(temperature.values().maxCoeff()), 300 + rise, 1e-10);
-    EXPECT_NEAR(-max_over_world(-temperature.values().minCoeff()), 300 + rise, 1e-10);
+    EXPECT_NEAR(max_over_ranks(PETSC_COMM_WORLD, temperature.values().maxCoeff()), 300 + rise, 1e-10);
+    EXPECT_NEAR(-max_over_ranks(PETSC_COMM_WORLD, -temperature.values().minCoeff()), 300 + rise, 1e-10);
   }
 }
 
@@ -249,7 +251,8 @@ TEST(BodyHeat, EveryBodyGivesTheSameOnAnyMesh) {
 TEST(BodyHeat, ASheetOfTwoLayersTakesHeatOnEitherSide) {
   const Sheet sheet = shell_of(skew_square(6, 0.2), 0.02);
   const double area =
-      sum_over_world(Standing(sheet).mass.values().leftCols(sheet.particles.owned).sum()) / test_density;
+      sum_over_ranks(PETSC_COMM_WORLD, Standing(sheet).mass.values().leftCols(sheet.particles.owned).sum()) /
+      test_density;
   EXPECT_NEAR(touching_area(sheet, hot_body(HalfSpace{}, {0, 0, 0})), area, 1e-12);
   EXPECT_NEAR(touching_area(sheet, hot_body(HalfSpace{}, {0, 0, 0.02}, pi * Vector3d::UnitX())), area, 1e-12);
   EXPECT_EQ(touching_area(sheet, hot_body(HalfSpace{}, {0, 0, 0.03}, pi * Vector3d::UnitX())), 0);
@@ -289,9 +292,9 @@ TEST(BodyHeat, AColdBodyTakesWhatTheSurfaceLosesAndNoneIsColderThanIt) {
     change += capacity * standing.mass.data()[i] * (temperature.data()[i] - before.data()[i]);
     least = std::min(least, std::max(temperature.data()[i], std::min(250.0, before.data()[i])));
   }
-  EXPECT_NEAR(sum_over_world(change), sum_over_world(all.gained - all.lost), 1e-10);
+  EXPECT_NEAR(sum_over_ranks(PETSC_COMM_WORLD, change), sum_over_ranks(PETSC_COMM_WORLD, all.gained - all.lost), 1e-10);
   EXPECT_GE(least, 200);
-  EXPECT_GT(sum_over_world(all.lost), 1);
+  EXPECT_GT(sum_over_ranks(PETSC_COMM_WORLD, all.lost), 1);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "geometry/pi.h"
+#include "parallel/collective.h"
 #include "tests/gas/membranes.h"
 
 namespace pellicle {
@@ -97,7 +98,7 @@ TEST(Chambers, NetPressureForceAndTorqueAreZero) {
   for (PetscInt i = 0; i < sphere.particles.owned; ++i) {
     torque += x.vector(i).cross(Eigen::Vector3d(gradient.col(i)));
   }
-  const double area = sum_over_world(gradient.colwise().norm().sum());
+  const double area = sum_over_ranks(PETSC_COMM_WORLD, gradient.colwise().norm().sum());
   EXPECT_GT(area, 3.9 * pi * radius * radius);
   EXPECT_LT(sum_over_world(gradient.rowwise().sum()).norm(), 1e-14 * area);
   EXPECT_LT(sum_over_world(torque).norm(), 1e-14 * area * radius);

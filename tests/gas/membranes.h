@@ -6,6 +6,7 @@
 
 #include "gas/chambers.h"
 #include "geometry/pressure_load.h"
+#include "parallel/collective.h"
 #include "parallel/field.h"
 #include "surface/membrane.h"
 #include "tests/support/balls.h"
@@ -76,16 +77,11 @@ inline Eigen::Vector3d sum_over_world(Eigen::Vector3d value) {
   return value;
 }
 
-inline double sum_over_world(double value) {
-  MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
-  return value;
-}
-
 /// Sum over the owned vertices of all ranks of a.b; (3 x owned or more) each.
 template <class A, class B>
 double dot(const Membrane& membrane, const A& a, const B& b) {
   const auto owned = static_cast<Eigen::Index>(membrane.particles.owned);
-  return sum_over_world(a.leftCols(owned).cwiseProduct(b.leftCols(owned)).sum());
+  return sum_over_ranks(PETSC_COMM_WORLD, a.leftCols(owned).cwiseProduct(b.leftCols(owned)).sum());
 }
 
 /// K w of the owned vertices with K = factor g g^T + load stiffness of pressure p, g the volume's gradient.

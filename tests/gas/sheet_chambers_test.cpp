@@ -9,6 +9,7 @@
 #include "geometry/pi.h"
 #include "meshing/closed_shapes.h"
 #include "meshing/generators.h"
+#include "parallel/collective.h"
 #include "surface/shell.h"
 #include "tests/gas/membranes.h"
 
@@ -70,7 +71,7 @@ TEST(SheetChambers, TheVolumeIsThatBetweenCornersAndLatticePoints) {
   }
   const double added = Chambers(sheet, GasOptions(), {{"air", of_pressure(1)}}).initial_volume(0) -
                        Chambers(closed_sheet(3, 1e-12), GasOptions(), {{"air", of_pressure(1)}}).initial_volume(0);
-  EXPECT_NEAR(added, sum_over_world(area) * t / 3, 1e-6 * added);
+  EXPECT_NEAR(added, sum_over_ranks(PETSC_COMM_WORLD, area) * t / 3, 1e-6 * added);
 }
 
 TEST(SheetChambers, ForcesAreTheVolumesDerivativeAndAddUpToNothing) {
@@ -94,7 +95,8 @@ TEST(SheetChambers, ForcesAreTheVolumesDerivativeAndAddUpToNothing) {
   const double step = 1e-4;
   const double slope =
       (8 * (volume_at(step) - volume_at(-step)) - volume_at(2 * step) + volume_at(-2 * step)) / (12 * step);
-  const double expected = sum_over_world(gradient.cwiseProduct(w.values().leftCols(gradient.cols())).sum());
+  const double expected =
+      sum_over_ranks(PETSC_COMM_WORLD, gradient.cwiseProduct(w.values().leftCols(gradient.cols())).sum());
   EXPECT_NEAR(slope, expected, 1e-8 * std::abs(expected) + 1e-12);
 }
 

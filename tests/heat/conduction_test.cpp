@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "heat/heat_balance.h"
+#include "parallel/collective.h"
 #include "tests/heat/sheets.h"
 
 namespace pellicle {
@@ -32,7 +33,7 @@ double largest_error(const Sheet& sheet, const Field& temperature,
   for (PetscInt i = 0; i < sheet.particles.local(); ++i) {  // Ghosts too: they must be up to date.
     error = std::max(error, std::abs(temperature.data()[i] - expected(sheet.rest.col(i))));
   }
-  return max_over_world(error);
+  return max_over_ranks(PETSC_COMM_WORLD, error);
 }
 
 class ConductionOf : public ::testing::TestWithParam<std::string> {};
@@ -134,7 +135,8 @@ TEST_P(ConductionOf, AUniformFieldStaysUniformAndHeatIsConserved) {
     DiffusionGraph graph{umbrella_pairs(sheet), {}, {}};
     set_umbrella(graph, sheet, factor, positions, ActiveSet(sheet));
     const auto content = [&] {
-      return sum_over_world(std::string(name) == "umbrella"
+      return sum_over_ranks(PETSC_COMM_WORLD,
+                            std::string(name) == "umbrella"
                                 ? graph.capacity.dot(temperature.values().row(0).head(sheet.particles.owned))
                                 : heat_content(sheet, mass, temperature, options.capacity));
     };
@@ -165,15 +167,15 @@ TEST_P(ConductionOf, HeatDoesNotCrossAGap) {
         warmest = std::max(warmest, temperature.data()[i]);
       }
     }
-    EXPECT_EQ(max_over_world(warmest), 300) << name;
-    EXPECT_GT(max_over_world(largest_change), 10) << name;
+    EXPECT_EQ(max_over_ranks(PETSC_COMM_WORLD, warmest), 300) << name;
+    EXPECT_GT(max_over_ranks(PETSC_COMM_WORLD, largest_change), 10) << name;
     advance(conduction, temperature, rest_positions(sheet), initial_masses(sheet), ActiveSet(sheet), 0.05,
             1);  // With the gap closed.
     warmest = 0;
     for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
       warmest = std::max(warmest, sheet.rest(0, i) > 0.5 ? temperature.data()[i] : 0);
     }
-    EXPECT_GT(max_over_world(warmest), 310) << name;
+    EXPECT_GT(max_over_ranks(PETSC_COMM_WORLD, warmest), 310) << name;
   }
 }
 
@@ -243,8 +245,8 @@ TEST_P(ConductionOf, AMaskedSheetConductsAsItsLivingPartAlone) {
       difference = std::max(difference, std::abs(value - expected.data()[in_whole[i]]));
       change = std::max(change, std::abs(value - start(part.rest.col(i))));
     }
-    EXPECT_LT(max_over_world(difference), 1e-10 * 900) << name;
-    EXPECT_GT(max_over_world(change), 100) << name;
+    EXPECT_LT(max_over_ranks(PETSC_COMM_WORLD, difference), 1e-10 * 900) << name;
+    EXPECT_GT(max_over_ranks(PETSC_COMM_WORLD, change), 100) << name;
   }
 }
 
@@ -269,7 +271,8 @@ TEST_P(ConductionOf, HeatIsConservedByWhatIsLeft) {
     DiffusionGraph graph{umbrella_pairs(sheet), {}, {}};
     set_umbrella(graph, sheet, alpha, positions, active);
     const auto content = [&] {
-      return sum_over_world(std::string(name) == "umbrella"
+      return sum_over_ranks(PETSC_COMM_WORLD,
+                            std::string(name) == "umbrella"
                                 ? graph.capacity.dot(temperature.values().row(0).head(sheet.particles.owned))
                                 : heat_content(sheet, mass, temperature, options.capacity));
     };
@@ -297,13 +300,16 @@ TEST_P(ConductionOf, HeatIsConservedWhateverTheToleranceAndTheDiffusivity) {
       options.ksp_rtol = tolerance;
       Conduction conduction(sheet, options, {});
       Field temperature = field_of(sheet, start);
-      const auto content = [&] { return sum_over_world(heat_content(sheet, mass, temperature, options.capacity)); };
+      const auto content = [&] {
+        return sum_over_ranks(PETSC_COMM_WORLD, heat_content(sheet, mass, temperature, options.capacity));
+      };
       const double before = content();
       advance(conduction, temperature, rest_positions(sheet), mass, ActiveSet(sheet), 0.01, 5);
       EXPECT_NEAR(content(), before, 1e-14 * before) << diffusivity << " m^2/s, " << tolerance;
       if (diffusivity > 1) {
         const double mean =
-            before / (options.capacity * sum_over_world(mass.values().leftCols(sheet.particles.owned).sum()));
+            before /
+            (options.capacity * sum_over_ranks(PETSC_COMM_WORLD, mass.values().leftCols(sheet.particles.owned).sum()));
         EXPECT_LT(largest_error(sheet, temperature, [=](const Eigen::Vector3d&) { return mean; }), tolerance * 600);
       }
     }
@@ -345,7 +351,7 @@ class Solvers : public ::testing::Test {
   }
 
   static double difference(const Field& a, const Field& b) {
-    return max_over_world((a.values() - b.values()).cwiseAbs().maxCoeff());
+    return max_over_ranks(PETSC_COMM_WORLD, (a.values() - b.values()).cwiseAbs().maxCoeff());
   }
 
   Sheet sheet_;

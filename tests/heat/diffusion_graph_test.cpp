@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "meshing/readers.h"
+#include "parallel/collective.h"
 #include "tests/heat/sheets.h"
 
 namespace pellicle {
@@ -49,7 +50,7 @@ TEST(Umbrella, IsHalfOfTheLaplacianOnARegularSheet) {
       ++inside;
     }
   }
-  EXPECT_EQ(sum_over_world(inside), 7 * 5 + 6 * 4);
+  EXPECT_EQ(sum_over_ranks(PETSC_COMM_WORLD, inside), 7 * 5 + 6 * 4);
 }
 
 TEST(Cotangent, IsTheLaplacianOnARegularSheetOfAnyThickness) {
@@ -66,7 +67,7 @@ TEST(Cotangent, IsTheLaplacianOnARegularSheetOfAnyThickness) {
       ++inside;
     }
   }
-  EXPECT_EQ(sum_over_world(inside), 7 * 5 + 6 * 4);
+  EXPECT_EQ(sum_over_ranks(PETSC_COMM_WORLD, inside), 7 * 5 + 6 * 4);
 }
 
 // The patch test of linear finite elements: a linear field flows nowhere, however the triangles are shaped.
@@ -142,8 +143,8 @@ TEST(Cotangent, EigenvaluesOfASphereConvergeAtSecondOrder) {
     for (std::size_t k = 0; k < harmonics.size(); ++k) {
       const Field field = field_of(sheet, [&](const Eigen::Vector3d& x) { return harmonics[k].value(x.normalized()); });
       const Eigen::VectorXd owned = field.values().row(0).head(sheet.particles.owned);
-      const double energy = sum_over_world(-owned.dot(inflow_of(graph, field)));
-      const double norm = sum_over_world(owned.dot(graph.capacity.cwiseProduct(owned)));
+      const double energy = sum_over_ranks(PETSC_COMM_WORLD, -owned.dot(inflow_of(graph, field)));
+      const double norm = sum_over_ranks(PETSC_COMM_WORLD, owned.dot(graph.capacity.cwiseProduct(owned)));
       const int l = harmonics[k].degree;
       errors[k].push_back(std::abs(energy / norm * radius * radius / (l * (l + 1)) - 1));
     }
@@ -173,12 +174,12 @@ TEST(DiffusionGraph, EveryOperatorIsSymmetricAndKeepsAUniformField) {
   const PetscInt owned = sheet.particles.owned;
   for (const DiffusionGraph& graph : {first, second}) {
     EXPECT_EQ(inflow_of(graph, uniform).cwiseAbs().sum(), 0);
-    const double ab = sum_over_world(a.values().row(0).head(owned).dot(inflow_of(graph, b)));
-    const double ba = sum_over_world(b.values().row(0).head(owned).dot(inflow_of(graph, a)));
-    const double aa = sum_over_world(a.values().row(0).head(owned).dot(inflow_of(graph, a)));
+    const double ab = sum_over_ranks(PETSC_COMM_WORLD, a.values().row(0).head(owned).dot(inflow_of(graph, b)));
+    const double ba = sum_over_ranks(PETSC_COMM_WORLD, b.values().row(0).head(owned).dot(inflow_of(graph, a)));
+    const double aa = sum_over_ranks(PETSC_COMM_WORLD, a.values().row(0).head(owned).dot(inflow_of(graph, a)));
     EXPECT_NEAR(ab, ba, 1e-12 * std::abs(aa));
     EXPECT_LT(aa, 0);
-    EXPECT_NEAR(sum_over_world(inflow_of(graph, a).sum()), 0, 1e-12 * std::abs(aa));
+    EXPECT_NEAR(sum_over_ranks(PETSC_COMM_WORLD, inflow_of(graph, a).sum()), 0, 1e-12 * std::abs(aa));
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "parallel/collective.h"
 #include "tests/heat/sheets.h"
 
 namespace pellicle {
@@ -29,7 +30,7 @@ class HeatBalance : public ::testing::Test {
       heat += added(
           exchange_with_surroundings(temperature, sheet_, positions_, mass_, ActiveSet(sheet_), time / steps, options));
     }
-    return sum_over_world(heat);
+    return sum_over_ranks(PETSC_COMM_WORLD, heat);
   }
 
   Sheet sheet_;
@@ -39,7 +40,7 @@ class HeatBalance : public ::testing::Test {
 
 TEST_F(HeatBalance, AreasAddUpAndFollowTheMasses) {
   const Eigen::VectorXd areas = particle_areas(sheet_, positions_, ActiveSet(sheet_));
-  EXPECT_NEAR(sum_over_world(areas.sum()), 0.6 * 0.5, 1e-14);
+  EXPECT_NEAR(sum_over_ranks(PETSC_COMM_WORLD, areas.sum()), 0.6 * 0.5, 1e-14);
   for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
     EXPECT_NEAR(areas[i] * test_density, sheet_.initial_mass[i], 1e-16);
   }
@@ -51,15 +52,15 @@ TEST_F(HeatBalance, DeadTrianglesHaveNoAreaAndLoseNothing) {
   const ActiveSet active =
       without(sheet_, [](const Eigen::Vector3d& x) { return x.x() < 0.3 || (x.x() < 0.32 && x.y() < 0.1); });
   const Eigen::VectorXd areas = particle_areas(sheet_, positions_, active);
-  EXPECT_NEAR(sum_over_world(areas.sum()), 0.3 * 0.5 - 0.01 / 4, 1e-14);
+  EXPECT_NEAR(sum_over_ranks(PETSC_COMM_WORLD, areas.sum()), 0.3 * 0.5 - 0.01 / 4, 1e-14);
   HeatOptions options;
   options.convection = 12;
   Field temperature = uniform(700);
-  const double before = sum_over_world(heat_content(sheet_, mass_, temperature, options.capacity));
-  const double heat =
-      sum_over_world(added(exchange_with_surroundings(temperature, sheet_, positions_, mass_, active, 1, options)));
-  EXPECT_NEAR(sum_over_world(heat_content(sheet_, mass_, temperature, options.capacity)), before + heat,
-              1e-12 * before);
+  const double before = sum_over_ranks(PETSC_COMM_WORLD, heat_content(sheet_, mass_, temperature, options.capacity));
+  const double heat = sum_over_ranks(
+      PETSC_COMM_WORLD, added(exchange_with_surroundings(temperature, sheet_, positions_, mass_, active, 1, options)));
+  EXPECT_NEAR(sum_over_ranks(PETSC_COMM_WORLD, heat_content(sheet_, mass_, temperature, options.capacity)),
+              before + heat, 1e-12 * before);
   const double rate = 2 * options.convection / (test_density * options.capacity);
   for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
     const Eigen::Vector3d x = sheet_.rest.col(i);
@@ -83,15 +84,15 @@ TEST_F(HeatBalance, ParticlesThatHaveLeftTakeNoPart) {
     mass_.data()[i] *= has_left(i) ? 0 : 0.9;
   }
   Field temperature = uniform(700);
-  const double before = sum_over_world(heat_content(sheet_, mass_, temperature, options.capacity));
+  const double before = sum_over_ranks(PETSC_COMM_WORLD, heat_content(sheet_, mass_, temperature, options.capacity));
   HeatSource source;
   source.radius = 3;
   const HeatSourceInput input{sheet_, positions_, mass_, {}, 0, 0.01, options.capacity};
   double heat = apply_heat_source(temperature, source, input);
   heat += release_burning_heat(temperature, sheet_, change, mass_, options);
   heat += added(exchange_with_surroundings(temperature, sheet_, positions_, mass_, ActiveSet(sheet_), 0.01, options));
-  EXPECT_NEAR(sum_over_world(heat_content(sheet_, mass_, temperature, options.capacity)), before + sum_over_world(heat),
-              1e-12 * before);
+  EXPECT_NEAR(sum_over_ranks(PETSC_COMM_WORLD, heat_content(sheet_, mass_, temperature, options.capacity)),
+              before + sum_over_ranks(PETSC_COMM_WORLD, heat), 1e-12 * before);
   for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
     EXPECT_EQ(temperature.data()[i] == 700, has_left(i));
   }
@@ -111,8 +112,8 @@ TEST_F(HeatBalance, WhatWarmsGainsAndWhatCoolsLoses) {
     const double heat = options.capacity * mass_.data()[i] * (temperature.data()[i] - before.data()[i]);
     (sheet_.rest(0, i) < 0.31 ? gained : lost) += std::abs(heat);
   }
-  EXPECT_GT(sum_over_world(gained), 0);
-  EXPECT_GT(sum_over_world(lost), 0);
+  EXPECT_GT(sum_over_ranks(PETSC_COMM_WORLD, gained), 0);
+  EXPECT_GT(sum_over_ranks(PETSC_COMM_WORLD, lost), 0);
   EXPECT_NEAR(exchange.gained, gained, 1e-12 * gained);
   EXPECT_NEAR(exchange.lost, lost, 1e-12 * lost);
 }
@@ -131,15 +132,15 @@ TEST_F(HeatBalance, ConvectionDecaysExponentially) {
   const double rate = 2 * options.convection / (test_density * options.capacity);
   for (const int steps : {1, 7}) {
     Field temperature = uniform(700);
-    const double before = sum_over_world(heat_content(sheet_, mass_, temperature, options.capacity));
+    const double before = sum_over_ranks(PETSC_COMM_WORLD, heat_content(sheet_, mass_, temperature, options.capacity));
     const double heat = lose(temperature, 3, steps, options);
     const double expected = 290 + 410 * std::exp(-3 * rate);
     for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
       EXPECT_NEAR(temperature.data()[i], expected, 1e-10);
     }
     EXPECT_LT(heat, 0);
-    EXPECT_NEAR(sum_over_world(heat_content(sheet_, mass_, temperature, options.capacity)), before + heat,
-                1e-12 * before);
+    EXPECT_NEAR(sum_over_ranks(PETSC_COMM_WORLD, heat_content(sheet_, mass_, temperature, options.capacity)),
+                before + heat, 1e-12 * before);
   }
 }
 
@@ -154,7 +155,7 @@ TEST_F(HeatBalance, RadiationConvergesAtSecondOrder) {
   for (const int steps : {10, 20, 40}) {
     Field temperature = uniform(1000);
     lose(temperature, 2, steps, options);
-    errors.push_back(max_over_world(std::abs(temperature.values()(0, 0) - expected)));
+    errors.push_back(max_over_ranks(PETSC_COMM_WORLD, std::abs(temperature.values()(0, 0) - expected)));
   }
   EXPECT_LT(errors[2], 0.2);
   EXPECT_GT(errors[0] / errors[1], 3.7);
@@ -182,14 +183,15 @@ TEST_F(HeatBalance, BurningHeatsByEtaTimesTheLostFraction) {
     mass_.data()[i] += change.data()[i];
   }
   Field temperature = uniform(500);
-  const double before = sum_over_world(heat_content(sheet_, mass_, temperature, options.capacity));
-  const double heat = sum_over_world(release_burning_heat(temperature, sheet_, change, mass_, options));
+  const double before = sum_over_ranks(PETSC_COMM_WORLD, heat_content(sheet_, mass_, temperature, options.capacity));
+  const double heat =
+      sum_over_ranks(PETSC_COMM_WORLD, release_burning_heat(temperature, sheet_, change, mass_, options));
   for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
     EXPECT_NEAR(temperature.data()[i], 500 + 3 * sheet_.rest(0, i), 1e-10);
   }
   EXPECT_GT(heat, 0);
-  EXPECT_NEAR(sum_over_world(heat_content(sheet_, mass_, temperature, options.capacity)), before + heat,
-              1e-12 * before);
+  EXPECT_NEAR(sum_over_ranks(PETSC_COMM_WORLD, heat_content(sheet_, mass_, temperature, options.capacity)),
+              before + heat, 1e-12 * before);
 }
 
 }  // namespace

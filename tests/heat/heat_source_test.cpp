@@ -2,6 +2,7 @@
 
 #include "base/error.h"
 #include "heat/heat_balance.h"
+#include "parallel/collective.h"
 #include "tests/heat/sheets.h"
 
 namespace pellicle {
@@ -18,7 +19,8 @@ class HeatSources : public ::testing::Test {
         temperature_(field_of(sheet_, [](const Eigen::Vector3d& x) { return 300 + 900 * x.x(); })) {}
 
   double apply(const HeatSource& source, double time, double step) {
-    return sum_over_world(
+    return sum_over_ranks(
+        PETSC_COMM_WORLD,
         apply_heat_source(temperature_, source, {sheet_, positions_, mass_, texture_, time, step, capacity}));
   }
 
@@ -37,7 +39,7 @@ TEST_F(HeatSources, ABallHeatsWhatIsNearItsCentreAtTheStartOfTheStep) {
   source.temperature = 1000;
   source.rate = 20;
   const Field before = field_of(sheet_, [](const Eigen::Vector3d& x) { return 300 + 900 * x.x(); });
-  const double content = sum_over_world(heat_content(sheet_, mass_, temperature_, capacity));
+  const double content = sum_over_ranks(PETSC_COMM_WORLD, heat_content(sheet_, mass_, temperature_, capacity));
   const double heat = apply(source, 0.25, 0.01);
   int heated = 0;
   for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
@@ -47,9 +49,10 @@ TEST_F(HeatSources, ABallHeatsWhatIsNearItsCentreAtTheStartOfTheStep) {
     EXPECT_NEAR(temperature_.data()[i], old + rise, 1e-10);
     heated += rise > 0;
   }
-  EXPECT_GT(sum_over_world(heated), 20);
+  EXPECT_GT(sum_over_ranks(PETSC_COMM_WORLD, heated), 20);
   EXPECT_GT(heat, 0);
-  EXPECT_NEAR(sum_over_world(heat_content(sheet_, mass_, temperature_, capacity)), content + heat, 1e-12 * content);
+  EXPECT_NEAR(sum_over_ranks(PETSC_COMM_WORLD, heat_content(sheet_, mass_, temperature_, capacity)), content + heat,
+              1e-12 * content);
 }
 
 TEST_F(HeatSources, ATextureHeatsByItsBrightnessWhateverTheStep) {
@@ -60,14 +63,15 @@ TEST_F(HeatSources, ATextureHeatsByItsBrightnessWhateverTheStep) {
   source.shape = "texture";
   source.temperature = 700;
   source.rate = 5;
-  const double content = sum_over_world(heat_content(sheet_, mass_, temperature_, capacity));
+  const double content = sum_over_ranks(PETSC_COMM_WORLD, heat_content(sheet_, mass_, temperature_, capacity));
   const double heat = apply(source, 0, 0.1) + apply(source, 0.1, 0.3);
   for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
     const double old = 300 + 900 * sheet_.rest(0, i);
     const double expected = old >= 700 ? old : 700 + (old - 700) * std::exp(-5 * 0.4 * sheet_.rest(1, i) / 0.8);
     EXPECT_NEAR(temperature_.data()[i], expected, 1e-10);
   }
-  EXPECT_NEAR(sum_over_world(heat_content(sheet_, mass_, temperature_, capacity)), content + heat, 1e-12 * content);
+  EXPECT_NEAR(sum_over_ranks(PETSC_COMM_WORLD, heat_content(sheet_, mass_, temperature_, capacity)), content + heat,
+              1e-12 * content);
 }
 
 TEST_F(HeatSources, HeatOnlyBetweenStartAndEnd) {

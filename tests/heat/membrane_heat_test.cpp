@@ -9,6 +9,7 @@
 #include "heat/heat_balance.h"
 #include "meshing/closed_shapes.h"
 #include "meshing/triangulation.h"
+#include "parallel/collective.h"
 #include "tests/heat/sheets.h"
 
 namespace pellicle {
@@ -37,21 +38,22 @@ TEST(HeatOfAMembrane, AModeDecaysAsItShould) {
     Conduction conduction(membrane, options, {});
     Field temperature = field_of(membrane, [&](const Eigen::Vector3d& x) { return 400 + 100 * std::cos(k * x.x()); });
     const Field mass = initial_masses(membrane);
-    const double heat = sum_over_world(heat_content(membrane, mass, temperature, options.capacity));
+    const double heat = sum_over_ranks(PETSC_COMM_WORLD, heat_content(membrane, mass, temperature, options.capacity));
     const double step = 0.02;
     const int steps = 5;
     for (int s = 0; s < steps; ++s) {
       ASSERT_TRUE(
           conduction.advance(temperature, {rest_positions(membrane), mass, ActiveSet(membrane), step}).converged);
     }
-    EXPECT_NEAR(sum_over_world(heat_content(membrane, mass, temperature, options.capacity)), heat, 1e-14 * heat);
+    EXPECT_NEAR(sum_over_ranks(PETSC_COMM_WORLD, heat_content(membrane, mass, temperature, options.capacity)), heat,
+                1e-14 * heat);
     const double amplitude = 100 * std::pow(1 + options.diffusivity * step * k * k, -steps);
     double error = 0;  // squared, by mass
     for (PetscInt i = 0; i < membrane.particles.owned; ++i) {
       const double difference = temperature.data()[i] - 400 - amplitude * std::cos(k * membrane.rest(0, i));
       error += mass.data()[i] * difference * difference;
     }
-    errors.push_back(std::sqrt(sum_over_world(error) / test_density));
+    errors.push_back(std::sqrt(sum_over_ranks(PETSC_COMM_WORLD, error) / test_density));
   }
   EXPECT_LT(errors[2], 0.1);
   EXPECT_GT(errors[0] / errors[1], 3.5);
@@ -67,8 +69,8 @@ TEST(HeatOfAMembrane, EigenvaluesOfASphereConvergeAtSecondOrder) {
     const DiffusionGraph graph = cotangent(membrane, rest_positions(membrane));
     const Field field = field_of(membrane, [](const Eigen::Vector3d& x) { return x.x() * x.y(); });
     const Eigen::VectorXd owned = field.values().row(0).head(membrane.particles.owned);
-    const double energy = sum_over_world(-owned.dot(inflow_of(graph, field)));
-    const double norm = sum_over_world(owned.dot(graph.capacity.cwiseProduct(owned)));
+    const double energy = sum_over_ranks(PETSC_COMM_WORLD, -owned.dot(inflow_of(graph, field)));
+    const double norm = sum_over_ranks(PETSC_COMM_WORLD, owned.dot(graph.capacity.cwiseProduct(owned)));
     errors.push_back(std::abs(energy / norm * radius * radius / 6 - 1));
   }
   EXPECT_LT(errors[2], 4e-3);
@@ -117,8 +119,8 @@ TEST(HeatOfAMembrane, MassAndAreaOfAVertexAreAThirdOfItsElements) {
     EXPECT_NEAR(membrane.initial_mass[i], 0.25 * area[i], 1e-17);
     mass += membrane.initial_mass[i];
   }
-  EXPECT_NEAR(sum_over_world(mass), 0.25 * 0.35, 1e-15);
-  EXPECT_NEAR(sum_over_world(area.sum()), 0.35, 1e-15);
+  EXPECT_NEAR(sum_over_ranks(PETSC_COMM_WORLD, mass), 0.25 * 0.35, 1e-15);
+  EXPECT_NEAR(sum_over_ranks(PETSC_COMM_WORLD, area.sum()), 0.35, 1e-15);
 }
 
 // What is dead does not conduct: heat stays on its side of a gap.

@@ -26,16 +26,6 @@ inline Sheet shell_of(const SurfaceMesh& mesh, double thickness) {
   return make_sheet(PETSC_COMM_WORLD, mesh, options);
 }
 
-inline double sum_over_world(double value) {
-  MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
-  return value;
-}
-
-inline double max_over_world(double value) {
-  MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_DOUBLE, MPI_MAX, PETSC_COMM_WORLD);
-  return value;
-}
-
 /// A membrane of this areal density that can burn. Collective.
 inline Membrane membrane_of(const SurfaceMesh& mesh, double density = test_density) {
   Membrane membrane = make_membrane(PETSC_COMM_WORLD, mesh, SheetOptions());

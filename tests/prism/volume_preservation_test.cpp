@@ -7,17 +7,13 @@
 #include <cmath>
 
 #include "meshing/readers.h"
+#include "parallel/collective.h"
 #include "tests/support/balls.h"
 #include "tests/support/print_once.h"
 #include "tests/support/shared_folder.h"
 
 namespace pellicle {
 namespace {
-
-double sum_over_world(double value, MPI_Comm comm = PETSC_COMM_WORLD) {
-  MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_DOUBLE, MPI_SUM, comm);
-  return value;
-}
 
 Eigen::Vector3d uneven_stretch(const Eigen::Vector3d& point) {
   const Eigen::Vector3d q = 40 * point;
@@ -62,8 +58,8 @@ struct Balloon {
         initial += wall.rest[e].area * wall.thickness[e];
       }
     }
-    initial = sum_over_world(initial, membrane.comm());
-    return (sum_over_world(present, membrane.comm()) - initial) / initial;
+    initial = sum_over_ranks(membrane.comm(), initial);
+    return (sum_over_ranks(membrane.comm(), present) - initial) / initial;
   }
 
   /// Collective. [kg m]
@@ -185,9 +181,9 @@ TEST(VolumePreservation, CentreOfMassOfAClosedMembraneStays) {
   for (const double m : vertex_masses(balloon.membrane, balloon.wall)) {
     mass += m;
   }
-  mass = sum_over_world(mass);
+  mass = sum_over_ranks(PETSC_COMM_WORLD, mass);
   const Eigen::Vector3d drift = (balloon.first_moment() - before) / mass;
-  EXPECT_GT(sum_over_world(moved), 1e-7);
+  EXPECT_GT(sum_over_ranks(PETSC_COMM_WORLD, moved), 1e-7);
   EXPECT_LT(drift.norm(), 1e-15);
 }
 
@@ -334,7 +330,7 @@ TEST_F(VolumeReference, VolumeAndGradients) {
     }
   }
   const auto volume = expected["volume"].as<double>();
-  EXPECT_NEAR(sum_over_world(sum), volume, 1e-9 * volume);
+  EXPECT_NEAR(sum_over_ranks(PETSC_COMM_WORLD, sum), volume, 1e-9 * volume);
   for (PetscInt i = 0; i < membrane.particles.owned; ++i) {
     const PetscInt id = membrane.persistent_id[i];
     EXPECT_LT((gradient.col(i) - vector(expected["grad"], id)).norm(), 1e-12);

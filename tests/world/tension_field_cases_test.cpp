@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "meshing/generators.h"
+#include "parallel/collective.h"
 #include "prism/metric_energy.h"
 #include "tests/support/print_once.h"
 #include "tests/support/solver_options.h"
@@ -13,11 +14,6 @@
 
 namespace pellicle::tension_field_cases_test {
 namespace {
-
-double sum_over_world(double own) {
-  MPI_Allreduce(MPI_IN_PLACE, &own, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
-  return own;
-}
 
 /// Two discs, joined at their rims, are blown up: the mean of the rim's radii, the thickness from pole to pole and the
 /// volume, in radii of the discs.
@@ -66,8 +62,8 @@ Mylar mylar_balloon(int rings, double slack_tension) {
     found.radius += rest > 1 - 1e-9 ? x.head<2>().norm() : 0;
     at_rim += rest > 1 - 1e-9 ? 1 : 0;
   }
-  found.thickness = sum_over_world(found.thickness);
-  found.radius = sum_over_world(found.radius) / sum_over_world(at_rim);
+  found.thickness = sum_over_ranks(PETSC_COMM_WORLD, found.thickness);
+  found.radius = sum_over_ranks(PETSC_COMM_WORLD, found.radius) / sum_over_ranks(PETSC_COMM_WORLD, at_rim);
   found.volume = 2 * balloon.volume() / std::pow(radius, 3);
   print_once("  %d rings, slack tension %g: radius %.5f, thickness %.5f, volume %.5f; %d Newton iterations, %.3f s\n",
              rings, slack_tension, found.radius, found.thickness, found.volume, balloon.newton_iterations,
