@@ -6,6 +6,7 @@
 #include <map>
 #include <utility>
 
+#include "base/sorting.h"
 #include "base/units.h"
 
 namespace pellicle::world {
@@ -113,15 +114,14 @@ bool same(const LinkOptions& a, const LinkOptions& b) {
 /// The plan of the group of several objects.
 GroupPlan plan_together(const std::deque<NamedOptions>& objects, std::vector<std::size_t> members) {
   // The first of the members for which something holds; null: none does.
-  const auto first_that = [&](const auto& holds) {
-    const auto found =
-        std::find_if(members.begin(), members.end(), [&](std::size_t i) { return holds(objects[i].options); });
-    return found == members.end() ? nullptr : &objects[*found];
+  const auto first_with = [&](const auto& holds) {
+    const std::size_t* found = first_that(members, [&](std::size_t i) { return holds(objects[i].options); });
+    return found == nullptr ? nullptr : &objects[*found];
   };
-  const NamedOptions* const touching = first_that([](const Options& options) { return options.contact.self; });
+  const NamedOptions* const touching = first_with([](const Options& options) { return options.contact.self; });
   const NamedOptions* const balloon =
-      first_that([](const Options& options) { return options.chain == ChainKind::inflate; });
-  const NamedOptions* const balanced = first_that(can_balance);
+      first_with([](const Options& options) { return options.chain == ChainKind::inflate; });
+  const NamedOptions* const balanced = first_with(can_balance);
   const NamedOptions& first = touching != nullptr ? *touching : objects[members.front()];
   const NamedOptions& solving = balloon != nullptr ? *balloon : balanced != nullptr ? *balanced : first;
   GroupPlan plan{std::move(members), first.options.contact, newton_of(solving.options)};
