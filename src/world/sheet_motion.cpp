@@ -113,10 +113,7 @@ SheetMotion::SheetMotion(const Sheet& sheet, const Options& options, State& stat
       constrained_(pins_.pinned()),
       size_(options.time.tolerance > 0 ? size_of(sheet) : 0) {
   mass_ = sheet.initial_mass;
-  stiffness_ = options.contact.stiffness.value_or(contact_stiffness);
-  if (balances_bodies(options) && !options.bodies.empty()) {
-    body_contact_ = std::make_unique<BodyContact>(sheet, options.bodies, options.contact, usual_stiffness_);
-  }
+  set_contact(contact_stiffness);
   if (cracks_of(options).strength) {
     spring_stress_.emplace(sheet);
   }
@@ -216,7 +213,8 @@ StageResult SheetMotion::take_positions(const StepPart& part, Step& step) {
   state_.position.values() = part.position().values();
   if (body_contact_ != nullptr) {
     step.contacts = body_contact_->contacts(state_.position);
-    result.reason = body_contact_->sweep().fault(body_contact_->loads(state_.position));
+    step.loads = body_contact_->loads(state_.position);
+    result.reason = body_contact_->sweep().fault(step.loads);
   }
   keep_what_has_left();
   if (const std::optional<double> limit = options_.project.strain_limit; limit && result.reason.empty()) {
@@ -347,11 +345,7 @@ void SheetMotion::find_velocities(Step& step) {
 }
 
 void SheetMotion::leave_bodies(Step& step) {
-  if (body_contact_ == nullptr) {
-    return;
-  }
-  step.loads = body_contact_->loads(state_.position);
-  if (!is_static()) {
+  if (body_contact_ != nullptr && !is_static()) {
     rebound(step.loads);
   }
 }

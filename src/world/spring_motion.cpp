@@ -261,9 +261,6 @@ StageResult SpringMotion::begin_balance(Step& step) {
 
 StageResult SpringMotion::find_positions(Step& step) {
   StageResult result = take_positions(*part(), step);
-  if (integrator_.is_second_order() && body_contact_ != nullptr) {
-    step.loads = body_contact_->loads(state_.position);
-  }
   if (filled_) {
     state_.pressure = filled_->pressures();
   }

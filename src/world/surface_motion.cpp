@@ -49,6 +49,13 @@ void SurfaceMotion::set_part(StepPart& part, const std::vector<double>& mass, st
   }
 }
 
+void SurfaceMotion::set_contact(double usual_stiffness) {
+  stiffness_ = options_.contact.stiffness.value_or(usual_stiffness);
+  if (balances_bodies(options_) && !options_.bodies.empty()) {
+    body_contact_ = std::make_unique<BodyContact>(surface_, options_.bodies, options_.contact, usual_stiffness);
+  }
+}
+
 const std::vector<Body>& SurfaceMotion::bodies() const {
   static const std::vector<Body> none;
   return body_contact_ != nullptr ? body_contact_->bodies() : none;

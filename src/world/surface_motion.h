@@ -44,6 +44,9 @@ class SurfaceMotion : public MotionStage {
   /// @param set_load see GasFilledPart
   void set_part(StepPart& part, const std::vector<double>& mass, std::function<void(double)> set_time,
                 GasFilledPart::SetLoad set_load = {});
+  /// Makes the bodies whose pressing is balanced, if there are any. To be called once, at construction. Collective.
+  /// @param usual_stiffness of contact, unless contact.stiffness is given [Pa/m]
+  void set_contact(double usual_stiffness);
   /// Begins the step of bodies whose pressing is balanced. Collective. @param held local particles that do not move
   /// @param time at which forces are in balance [s] @param h length of the step until then [s]
   void begin_bodies(const std::vector<bool>& held, double time, double h);

@@ -45,11 +45,7 @@ WallMotion::WallMotion(const Membrane& membrane, const Options& options, State& 
       wall_(wall_of(membrane, options, textures)),
       elements_(membrane, wall_),
       loads_(membrane, vertex_areas(membrane), options.attachments, options.forces, state.loads) {
-  const double usual_stiffness = stiffness_of_contact(membrane, wall_, options);
-  stiffness_ = options.contact.stiffness.value_or(usual_stiffness);
-  if (!options.bodies.empty()) {
-    body_contact_ = std::make_unique<BodyContact>(membrane, options.bodies, options.contact, usual_stiffness);
-  }
+  set_contact(stiffness_of_contact(membrane, wall_, options));
   mass_ = vertex_masses(membrane, wall_);
   if (state.burning) {
     hold_ = make_vertex_potential(membrane.particles, [this](PetscInt i, const Eigen::Vector3d& x) {
