@@ -51,7 +51,7 @@ class BodyContact : public Potential {
   /// Sets the stiffness of the contact with bodies from the next step on [Pa/m]. Not collective.
   void set_stiffness(double stiffness) { stiffness_ = stiffness; }
 
-  // As those of BodySweep.
+  // The arguments of the three functions below are those of the functions of the same names of BodySweep.
   void set_surface(const std::vector<bool>& constrained, const std::vector<bool>* active) {
     sweep_.set_surface(constrained, active);
   }

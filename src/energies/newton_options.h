@@ -20,8 +20,8 @@ inline std::vector<std::string> names_of(TangentFactorisation) { return {"auto",
 /// The steps whose tangent is factorised from the start because iterations have failed. A part of an object's state, so
 /// that a run goes on from a checkpoint as without it.
 struct FactorisedSteps {
-  PetscInt in_a_row = 0;  ///< without trying iterations
-  PetscInt left = 0;      ///< of these
+  PetscInt in_a_row = 0;  ///< number of the present row of such steps
+  PetscInt left = 0;      ///< steps of this row that are still to come
 };
 
 /// Tangent of Newton's method far from balance. exact: the exact one, moved towards the positive one as little as the

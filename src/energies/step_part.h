@@ -95,7 +95,7 @@ class StepPart {
   StepPart(const Layout& vertices, const std::vector<std::array<PetscInt, 3>>& triangles, double tolerance)
       : vertices_(vertices), triangles_(triangles), tolerance_(tolerance) {}
 
-  // What does not change after construction.
+  // The members below do not change after construction.
   const Layout& vertices_;
   const std::vector<std::array<PetscInt, 3>>& triangles_;
   double tolerance_;

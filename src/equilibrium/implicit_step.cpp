@@ -169,11 +169,11 @@ ImplicitResult ImplicitStep::advance(double h, FactorisedSteps& factorised) {
   result.concave_iterations = concave_iterations_;
   result.is_factorised = is_factorised_;
   if (has_failed_) {
-    constexpr PetscInt most_in_a_row = 8;  // until iterations are tried again
+    constexpr PetscInt most_in_a_row = 8;  // After so many factorised steps iterations are tried again.
     factorised.in_a_row = std::clamp<PetscInt>(2 * factorised.in_a_row, 1, most_in_a_row);
     factorised.left = factorised.in_a_row;
   } else if (!is_factorised_) {
-    factorised.in_a_row = 0;  // They were sufficient for the whole step.
+    factorised.in_a_row = 0;  // Iterations were sufficient for the whole step.
   }
   if (result.converged) {
     judge(newton, result);
@@ -297,8 +297,10 @@ double ImplicitStep::next_share() {
   // positive definite, or no better. With much contact a smaller share, in the wind a larger one saves a little.
   constexpr double error_near_end = 0.1;
   constexpr double worth_exact = 1e-2;  // With a coarser tolerance the method ends before the exact tangent pays.
-  constexpr double poor_ratio = 0.25;   // of the fall to the predicted one: below it the step was too long,
-  constexpr double good_ratio = 0.9;    // and above this one the next one may be longer
+  // Ratios of the objective's fall to the predicted one: below the first the step was too long, above the second the
+  // next one may be longer.
+  constexpr double poor_ratio = 0.25;
+  constexpr double good_ratio = 0.9;
   if (options_.far == FarTangent::positive) {
     const bool may_be_exact = exact_serves_ && options_.snes_rtol < worth_exact;
     return may_be_exact && objective_.residual_norm() <= error_near_end * objective_.residual_scale(options_.snes_rtol)

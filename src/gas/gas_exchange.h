@@ -54,7 +54,8 @@ struct GasExchange {
   Eigen::VectorXd gas_volumes(const Eigen::VectorXd& walls) const;
   /// Chambers that have gas of their own, each before the one round it.
   std::vector<int> from_within() const;
-  /// What is within the walls of all chambers, such as W, of what is in the gas of each, such as V.
+  /// The inverse of gas_volumes: sums over each chamber and all chambers inside it, such as W as the sums of V.
+  /// @param of_gas an amount in the gas of each chamber, such as V [m^3]
   Eigen::VectorXd within_walls(Eigen::VectorXd of_gas) const;
   /// Adds a chamber without gas as a part of a given one.
   void add_part(int chamber);

@@ -48,7 +48,8 @@ std::vector<std::array<PetscInt, 2>> cotangent_pairs(const Surface& surface);
 /// fraction of a half of a quad's mass that the lattice particle has makes every row exact on a square grid. alpha is
 /// the mean of the triangle's particles; areas are not taken below 1e-3 of the initial ones. Dead triangles do not
 /// conduct.
-/// @param diffusivity, positions, active as of set_umbrella @param mass [kg], ghosts up to date, (1 x local)
+/// @param diffusivity, positions see set_umbrella @param mass the capacity [kg], ghosts up to date, (1 x local)
+/// @param active triangles that have not burnt, ghosts up to date
 void set_cotangent(DiffusionGraph& graph, const Surface& surface, const std::vector<double>& diffusivity,
                    const Field& positions, const Field& mass, const ActiveSet& active);
 

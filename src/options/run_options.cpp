@@ -211,7 +211,7 @@ void add_given(std::vector<GivenOption>& all, const OptionTable& table) {
   }
 }
 
-/// What has been given and has no effect, by the places.
+/// The options and objects that have been given but have no effect, ordered by source and line.
 std::vector<GivenOption> idle_options(const ObjectTables& tables, const std::vector<PetscOption>& petsc) {
   std::vector<GivenOption> given;
   for (const ObjectTable& object : tables) {

@@ -57,7 +57,7 @@ class Reduction {
   MPI_Op operation_;
 };
 
-// The sum, the largest and the smallest.
+// The reductions that give the sum, the largest and the smallest number.
 inline const Reduction sum_over_ranks{MPI_SUM};
 inline const Reduction max_over_ranks{MPI_MAX};
 inline const Reduction min_over_ranks{MPI_MIN};

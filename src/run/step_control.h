@@ -17,7 +17,7 @@ class SteppedRun {
  public:
   virtual ~SteppedRun() = default;
 
-  // The state: see World.
+  // The functions of the state do what those of the same names of World do.
 
   virtual double time() const = 0;
   virtual int step() const = 0;
@@ -29,7 +29,7 @@ class SteppedRun {
   virtual std::string ended() const { return ""; }
   virtual std::vector<std::string> remarks() const { return {}; }
 
-  // The output.
+  // The functions below write the run's output.
 
   /// Whether a frame of the present state is due.
   virtual bool frame_due() const = 0;

@@ -53,7 +53,7 @@ struct Stages {
   }
 };
 
-/// What a kind of an object is called, and parts of it.
+/// Names that a kind of object has in clocks, in the log and in checkpoints.
 struct ChainWords {
   std::vector<std::string> clock_names;  ///< of the parts of a step that the clock of an object measures
   std::string renumbering;               ///< the one of them that is the renumbering of the surface

@@ -20,7 +20,8 @@ class Group {
   /// @throws Error on links between objects whose gas or air differs
   Group(GroupPlan plan, std::vector<Object*> objects);
 
-  /// Makes a step of length h [s] of all objects that are not gone. @param all what the groups before have found
+  /// Makes a step of length h [s] of all objects that are not gone. @param all result of the groups before,
+  /// to which that of this one is added
   void advance(double h, StepResult& all);
   /// Must be called when all objects of the run have accepted a step (Object::accept).
   void accept();

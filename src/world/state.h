@@ -105,7 +105,7 @@ struct State : FieldRegistry {
   double& next_length = add<double>({"next_length", "s", Item::object});  ///< of the next step, 0: not known yet
   Field& position = add<Field>({"position", "m", Item::particle}, 3);
   Field& velocity = add<Field>({"velocity", "m/s", Item::particle, Drawn::yes}, 3);
-  FactorisedSteps& factorised_steps = own<FactorisedSteps>();               ///< of the balance
+  FactorisedSteps& factorised_steps = own<FactorisedSteps>();               ///< of the balance of this object
   double& contact_work = add<double>({"contact_work", "J", Item::object});  ///< of pressing since time 0 (ContactWork)
   double& friction_work = add<double>({"friction_work", "J", Item::object});  ///< of friction since time 0
   /// Works on the object since time 0, entries by Work [J].

@@ -48,7 +48,8 @@ class WallMotion : public SurfaceMotion {
 
  private:
   void write_end(Field& position) const override;
-  /// By arc length the first x is the start.
+  /// The data with which the wall's part begins a step. Along a path of equilibria they have no velocity: Newton's
+  /// method begins at the start of the step.
   StepStart start_of_step() const {
     return {path_ ? nullptr : &state_.velocity, state_.thickness_ratio, state_.time_of_loads(), h_,
             state_.acceleration};
