@@ -70,7 +70,7 @@ double MassPart::rounding_of(double stiffness) const {
 }
 
 void MassPart::set_masses(const Field& positions, const MassInput& input) {
-  // A removed particle has neither mass nor springs: any stiffness keeps it where it is.
+  // A removed particle has neither mass nor springs: any stiffness keeps it where it is or where its quad carries it.
   const auto mass = [&](std::size_t i) { return input.mass[i] > 0 ? input.mass[i] : surface_.initial_mass[i]; };
   inertia_.set(positions, mass, input.inertia_h);
   h_ = input.inertia_h;
@@ -79,7 +79,6 @@ void MassPart::set_masses(const Field& positions, const MassInput& input) {
 void MassPart::begin(const Field& positions, const MassInput& input) {
   set_masses(positions, input);
   forget();
-  constrained_ = input.constrained;
   start_ = &input.start;
   position_.values() = positions.values();
   for (Potential* potential : potentials_) {
@@ -89,8 +88,8 @@ void MassPart::begin(const Field& positions, const MassInput& input) {
 
 bool MassPart::leaves_held_behind() {
   bool leaves = false;
-  for (PetscInt i = 0; i < surface_.particles.owned; ++i) {
-    leaves = leaves || (constrained_[i] && position_.vector(i) != inertia_.free().col(i));
+  for (const PetscInt i : projectors_.bound()) {
+    leaves = leaves || (i < surface_.particles.owned && position_.vector(i) != inertia_.free().col(i));
   }
   return on_any_rank(surface_.comm(), leaves);
 }

@@ -46,11 +46,10 @@ class Inertia : public Potential {
 
 /// The data of a step of a MassPart, besides the positions x~ of the masses without forces.
 struct MassInput {
-  const std::vector<double>& mass;       ///< of the local particles, 0 where one has been removed [kg]
-  const std::vector<bool>& constrained;  ///< local particles that do not move
-  const Field& start;                    ///< positions at the beginning of the step, which must outlive the step [m]
-  double h = 0;                          ///< to the positions where forces are in balance [s]
-  double inertia_h = h;                  ///< inertia is m_i / inertia_h^2; of implicit Euler h [s]
+  const std::vector<double>& mass;  ///< of the local particles, 0 where one has been removed [kg]
+  const Field& start;               ///< positions at the beginning of the step, which must outlive the step [m]
+  double h = 0;                     ///< to the positions where forces are in balance [s]
+  double inertia_h = h;             ///< inertia is m_i / inertia_h^2; of implicit Euler h [s]
 };
 
 /// StepPart of masses with inertia and further potentials U of their positions:
@@ -91,9 +90,6 @@ class MassPart : public PartOfPotentials {
   double mean_mass_ = 0;          ///< [kg]
   double h_;                      ///< of the step [s]
   const Field* start_ = nullptr;  ///< positions at the beginning of the step in progress
-
- private:
-  std::vector<bool> constrained_;  ///< MassInput::constrained
 };
 
 }  // namespace pellicle::elastic

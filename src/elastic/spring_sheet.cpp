@@ -62,9 +62,8 @@ void SpringSheet::set_scales() {
   Field rest(sheet_.particles, 3);
   rest.values() = sheet_.rest;
   const std::vector<double> ones(sheet_.particles.local(), 1);
-  const std::vector<bool> none(sheet_.particles.local());
   const ActiveSet all(sheet_);
-  const SheetInput input{{sheet_.initial_mass, none, rest, h_}, length, ones, ones, all};
+  const SheetInput input{{sheet_.initial_mass, rest, h_}, length, ones, ones, all};
   set_shape(input);
   set_masses(rest, input);
   Tangent tangent(sheet_.particles, potentials_, projectors_, TangentMatrix::shell, "");

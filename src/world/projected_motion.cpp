@@ -291,7 +291,7 @@ void ProjectedMotion::begin_masses(const Field& positions) {
     body_contact_->set_stiffness(stiffness_);
   }
   begin_bodies(constrained_, end_of_loads(), h_);
-  masses_->begin(positions, {mass_, constrained_, start_, h_});
+  masses_->begin(positions, {mass_, start_, h_});
 }
 
 /// A sheet that contact has strained beyond its limit is projected again from where contact has moved it, as often as

@@ -139,6 +139,8 @@ StageResult SheetMotion::begin(Step& step) {
     constrained_[i] = constrained_[i] || mass_[i] == 0;
   }
   move_freely();
+  carry_removed_corners(sheet_, state_.burning->active.triangles, mass, pins_.pinned(), state_.position, carried_);
+  unconstrained_ = state_.position.values();
   return begin_balance(step);
 }
 
@@ -173,7 +175,6 @@ void SheetMotion::move_freely() {
     follow_corners(sheet_, state_.position);
   }
   push_by_weights_of_gas();
-  unconstrained_ = state_.position.values();
 }
 
 /// Pushes the sheet by the weights of gas and air and by jets (Chambers::uneven_forces). Collective.

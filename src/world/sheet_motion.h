@@ -63,6 +63,7 @@ class SheetMotion : public SurfaceMotion {
   bool is_static() const { return integrator_.is_static(); }
   /// Moves the particles by their velocities without springs, bodies and gas (burning paper, eq. 8 and 9).
   virtual void move_freely();
+  bool is_carried(PetscInt i) const override { return carried_[i]; }
   /// Velocity of an owned particle where forces are in balance [m/s]. Not collective.
   virtual Eigen::Vector3d velocity_of_balance(PetscInt i) const {
     return is_static() ? Eigen::Vector3d::Zero() : Eigen::Vector3d((state_.position.vector(i) - start_.vector(i)) / h_);
@@ -83,6 +84,7 @@ class SheetMotion : public SurfaceMotion {
   // Data of the present step, of the local particles unless stated otherwise.
   Eigen::Matrix3Xd unconstrained_;    ///< positions without springs and bodies [m]
   std::vector<bool> constrained_;     ///< those that are pinned or have left
+  std::vector<bool> carried_;         ///< those of them that have left and go with their quads (carry_removed_corners)
   std::vector<double> volume_ratio_;  ///< see set_volume_ratios
   double fading_ = 0;                 ///< c h of velocities, see move_freely
   double damping_ = 0;                ///< c of velocities, where damping is a force [1/s]

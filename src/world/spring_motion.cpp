@@ -170,14 +170,13 @@ void SpringMotion::set_burnt() {
 SheetInput SpringMotion::input(double h) const {
   const double to_balance = integrator_.fraction() * h;
   const bool is_alpha = integrator_.is_second_order() && pull_ > 0;
-  return {
-      {is_static() ? holding_ : mass_, constrained_, start_, to_balance, is_alpha ? 1 / std::sqrt(pull_) : to_balance},
-      state_.target_length,
-      volume_ratio_,
-      stiffness_factor_,
-      state_.burning->active,
-      is_alpha ? y_v_ : start_,
-      is_alpha ? 1 / integrator_.rate(h) : to_balance};
+  return {{is_static() ? holding_ : mass_, start_, to_balance, is_alpha ? 1 / std::sqrt(pull_) : to_balance},
+          state_.target_length,
+          volume_ratio_,
+          stiffness_factor_,
+          state_.burning->active,
+          is_alpha ? y_v_ : start_,
+          is_alpha ? 1 / integrator_.rate(h) : to_balance};
 }
 
 void SpringMotion::move_freely() {

@@ -135,7 +135,7 @@ double SurfaceMotion::find_end(const std::vector<bool>& held) {
 
 void SurfaceMotion::keep_what_has_left() {
   for (PetscInt i = 0; i < surface_.particles.local(); ++i) {
-    if (has_left(i)) {
+    if (has_left(i) && !is_carried(i)) {
       state_.position.vector(i) = start_.vector(i);
     }
   }

@@ -68,9 +68,11 @@ class SurfaceMotion : public MotionStage {
   /// Finds velocities, and accelerations if they count, from the positions before and after the step, in which by an
   /// integrator of second order what is held moves evenly. @returns the largest error of this rank's particles [m]
   double find_end(const std::vector<bool>& held);
-  /// Moves what has left back to exactly where it was, whatever pulls at it.
+  /// Moves what has left back to exactly where it was, whatever pulls at it, unless it `is_carried`.
   void keep_what_has_left();
   bool has_left(PetscInt i) const { return state_.burning && state_.burning->mass.data()[i] == 0; }
+  /// Whether something that has left goes along with what is left.
+  virtual bool is_carried(PetscInt /*i*/) const { return false; }
   /// The result of a step with a fault at its end; a fault of its start explains it. Empty: there is none. Collective.
   StageResult result_of(std::string fault) const;
   /// Lets the surface rebound from bodies, with its work. Collective. @param loads see BodyContact::rebound

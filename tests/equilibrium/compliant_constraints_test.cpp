@@ -199,7 +199,7 @@ double difference_after(int steps, double tensile, double bending, double h) {
     start.values() = before[0].reshaped(3, sheet.particles.owned);
     positions.values() = x[0].reshaped(3, sheet.particles.owned);
     const ImplicitResult result = elastic.advance(
-        positions, {{sheet.initial_mass, pinned, start, h}, initial_lengths(sheet), ones, ones, ActiveSet(sheet)});
+        positions, {{sheet.initial_mass, start, h}, initial_lengths(sheet), ones, ones, ActiveSet(sheet)});
     EXPECT_TRUE(result.converged) << result.reason;
     x[0] = positions.values().reshaped();
     if (n + 1 == steps) {

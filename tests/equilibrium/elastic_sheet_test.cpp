@@ -278,8 +278,8 @@ TEST(ElasticSheetTest, AFailedSolveIsAResult) {
   Field positions(sheet.particles, 3);
   start.values() = sheet.rest;
   positions.values() = 1.2 * sheet.rest;
-  const ImplicitResult result = step.advance(
-      positions, {{sheet.initial_mass, free, start, 0.1}, initial_lengths(sheet), ones, ones, ActiveSet(sheet)});
+  const ImplicitResult result =
+      step.advance(positions, {{sheet.initial_mass, start, 0.1}, initial_lengths(sheet), ones, ones, ActiveSet(sheet)});
   EXPECT_FALSE(result.converged);
   EXPECT_EQ(result.reason, "the linear solver elastic_ did not converge (DIVERGED_ITS after 1 iterations)");
 }
@@ -303,7 +303,7 @@ struct LimitedStep {
     SheetMaterial material;
     material.tensile_stiffness = 10;
     BalancedStep<ElasticSheet> step(options, sheet, material, 0.01, MaterialFactors(), pinned, pinned, options);
-    result = step.advance(positions, {{sheet.initial_mass, pinned, start, 0.02}, target, ones, ones, ActiveSet(sheet)});
+    result = step.advance(positions, {{sheet.initial_mass, start, 0.02}, target, ones, ones, ActiveSet(sheet)});
     strain = weave_strain(sheet, positions, target, ActiveSet(sheet));
   }
   Sheet sheet;

@@ -282,8 +282,8 @@ ImplicitResult step_of(const Sheet& sheet, double stretch) {
   const std::vector<double> ones(pinned.size(), 1);
   const SpringOptions options;
   BalancedStep<SpringSheet> springs(options, sheet, options, pinned, 0.1, std::vector<Potential*>());
-  return springs.advance(
-      positions, {{sheet.initial_mass, pinned, start, 0.1}, initial_lengths(sheet), ones, ones, ActiveSet(sheet)});
+  return springs.advance(positions,
+                         {{sheet.initial_mass, start, 0.1}, initial_lengths(sheet), ones, ones, ActiveSet(sheet)});
 }
 
 TEST_F(SpringSheetTest, AnAbsoluteToleranceThatMovesNothingIsAFailedSolve) {
@@ -331,8 +331,7 @@ std::map<std::array<int, 3>, Eigen::Vector3d> ends_of_active(const Sheet& sheet)
   start.values() = x.values() = sheet.rest;
   x.values().topRows(1) *= 1.1;
   BalancedStep<SpringSheet> springs(options, sheet, options, pinned, 0.01, std::vector<Potential*>());
-  const ImplicitResult result =
-      springs.advance(x, {{mass, pinned, start, 0.01}, initial_lengths(sheet), ones, ones, active});
+  const ImplicitResult result = springs.advance(x, {{mass, start, 0.01}, initial_lengths(sheet), ones, ones, active});
   EXPECT_TRUE(result.converged) << result.reason;
   std::map<std::array<int, 3>, Eigen::Vector3d> ends;
   for (PetscInt i = 0; i < sheet.particles.local(); ++i) {

@@ -70,8 +70,7 @@ class MovingSheet {
     }
     unconstrained = positions.values();
     const ImplicitResult result = step_.advance(
-        positions,
-        {{sheet_.initial_mass, pinned_, start_, h}, initial_lengths(sheet_), ones_, ones_, ActiveSet(sheet_)});
+        positions, {{sheet_.initial_mass, start_, h}, initial_lengths(sheet_), ones_, ones_, ActiveSet(sheet_)});
     EXPECT_TRUE(result.converged) << result.reason;
     velocities.values() = (positions.values() - start_.values()) / h;
     return result;

@@ -116,6 +116,36 @@ TEST(Burn, UniformBurningShrinksAllLengthsAlike) {
   }
 }
 
+TEST(Burn, ACornerThatHasLeftFallsWithTheRestOfItsQuad) {
+  for (const Dynamics dynamics : {Dynamics::projection, Dynamics::spring, Dynamics::elastic}) {
+    Options options;
+    options.dynamics = dynamics;
+    options.sheet.thickness = 0.05;
+    options.force.gravity = {0, 0, -10};
+    options.contact.self = true;
+    options.force.damping = 0;
+    options.heat.initial_temperature = 0;  // so that mass that is taken away takes no heat
+    options.ablation.loss_mass = 0.5;
+    options.combustion.burnt_density =
+        options.combustion.min_mass * options.combustion.initial_density;  // no shrinkage
+    BurningSheet sheet(grid_mesh(3, 3, edge), options);
+    for (PetscInt i = 0; i < sheet.surface().particles.local(); ++i) {  // all of one quad but the corner in the middle
+      const PetscInt id = sheet.surface().persistent_id[i];
+      if (id == 0 || id == 1 || id == 4 || id == 16) {
+        sheet.state().burning->mass.data()[i] *= 0.4;
+      }
+    }
+    sheet.go(100);
+    EXPECT_EQ(sheet.dead_triangles(), 2);
+    const Eigen::MatrixXd masses = by_id(sheet.surface(), sheet.burning().mass);
+    const Eigen::MatrixXd places = by_id(sheet.surface(), sheet.state().position);
+    EXPECT_EQ(masses(0, 0), 0);
+    const double fall = -places(2, 5);
+    EXPECT_NEAR(fall, 0.202, 0.02);  // 10 m/s^2 times 100 101/2 steps squared
+    EXPECT_NEAR(-places(2, 0), fall, 0.1 * fall);
+  }
+}
+
 TEST(Burn, NothingSlowsTheFallOfAnElasticSheetUnlessAsked) {
   Options options;
   options.sheet.perturbation = 0;

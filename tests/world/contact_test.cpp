@@ -71,7 +71,7 @@ class Touching {
       }
     }
     const ImplicitResult result = step_->advance(
-        positions, {{sheet.initial_mass, pinned_, start_, h}, initial_lengths(sheet), ones_, ones_, ActiveSet(sheet)});
+        positions, {{sheet.initial_mass, start_, h}, initial_lengths(sheet), ones_, ones_, ActiveSet(sheet)});
     ASSERT_TRUE(result.converged) << result.reason;
     velocities.values() = (positions.values() - start_.values()) / h;
   }
