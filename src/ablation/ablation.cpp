@@ -87,7 +87,7 @@ std::vector<bool> particles_with_surface(const Surface& surface, const ActiveSet
   std::vector<char> flags(surface.particles.local(), 0);
   for (PetscInt t = 0; t < surface.owned_triangles(); ++t) {
     for (const PetscInt particle : surface.triangles[t]) {
-      flags[particle] |= active.triangles[t] ? 1 : 0;
+      flags[particle] = flags[particle] != 0 || active.triangles[t] ? 1 : 0;
     }
   }
   gather_flags(surface.particles, flags);

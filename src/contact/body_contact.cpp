@@ -101,7 +101,7 @@ void BodyContact::set_time(double time_end, double h) {
 void BodyContact::find_friction() {
   slip_.e = sweep_.h() * slip_speed_;
   for (std::size_t b = 0; b < pressed_.size(); ++b) {
-    for (std::size_t i = 0; i < pressed_[b].size(); ++i) {
+    for (PetscInt i = 0; i < surface_.particles.owned; ++i) {
       const bool rubs = bodies()[b].friction > 0 && sweep_.start_gap(b, i) < thickness();
       pressed_[b][i].friction =
           rubs ? friction_of(b, stiffness_ * area_[i], nearer_[b][i], sweep_.start().vector(i)) : Friction();
@@ -162,7 +162,7 @@ PointPotential BodyContact::press(const ElementPoint& point, const Field& x) con
 template <class Take>
 void BodyContact::for_each_vertex(const Field& x, const Take& take) const {
   for (std::size_t b = 0; b < bodies().size(); ++b) {
-    for (std::size_t i = 0; i < pressed_[b].size(); ++i) {
+    for (PetscInt i = 0; i < static_cast<PetscInt>(pressed_[b].size()); ++i) {
       const Pressed& pressed = pressed_[b][i];
       if (!sweep_.is_held(i) && (pressed.friction.force != 0 || may_touch(b, i, x.vector(i)))) {
         take(i, b, press(b, pressed, sweep_.carried_place(b, i), x.vector(i)));
@@ -212,7 +212,7 @@ void BodyContact::update_hessian(const Field& x, double psd_blend) {
   gap_curvature_share_ = 1 - psd_blend;
   std::fill(hessian_.begin(), hessian_.end(), Eigen::Matrix3d::Zero());
   for (std::size_t b = 0; b < bodies().size(); ++b) {
-    for (std::size_t i = 0; i < pressed_[b].size(); ++i) {
+    for (PetscInt i = 0; i < static_cast<PetscInt>(pressed_[b].size()); ++i) {
       if (Friction& friction = pressed_[b][i].friction; friction.force > 0) {
         friction.tangent.move_to(slip_, along_surface(x.vector(i) - sweep_.carried_place(b, i), friction.normal));
       }

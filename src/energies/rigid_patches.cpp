@@ -441,7 +441,8 @@ void RigidPatches::fill_coarse() {
     std::vector<PetscInt> own;
     std::vector<PetscInt> foreign;
     for (const CoarseRow& row : rows_) {
-      own.push_back(std::count_if(row.columns.begin(), row.columns.end(), [&](PetscInt q) { return is_own(q); }));
+      const auto owned = std::count_if(row.columns.begin(), row.columns.end(), [&](PetscInt q) { return is_own(q); });
+      own.push_back(static_cast<PetscInt>(owned));
       foreign.push_back(static_cast<PetscInt>(row.columns.size()) - own.back());
     }
     check(MatCreate(comm, coarse_.create()));

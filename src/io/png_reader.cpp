@@ -117,7 +117,7 @@ Texture read_png(const std::string& path) {
   });
 
   const double white = channel_bytes == 2 ? 65535 : 255;
-  picture.grey.reserve(pixels);
+  picture.grey.reserve(picture.width * height);
   for (std::size_t row = height; row-- > 0;) {
     const unsigned char* value = rows[row];
     for (int column = 0; column < picture.width; ++column) {

@@ -71,7 +71,7 @@ class WallChain : public Chain {
                             projectors);
     auto state = std::make_unique<State>(surface, options_, chambers.count());
     const Eigen::Matrix3Xd noise = perturbed_positions(membrane, options_.sheet) - membrane.rest;
-    for (Eigen::Index i = 0; i < noise.cols(); ++i) {
+    for (PetscInt i = 0; i < membrane.particles.local(); ++i) {
       state->position.vector(i) += projectors[i] * noise.col(i);
     }
     pins.impose(state->position, 0);
