@@ -401,8 +401,11 @@ std::vector<ContactWork> SurfaceContact::work(const Field& x) const {
 /// The largest fraction of its clearance that a pair has used, on this rank. Sets `places_`. Collective.
 double SurfaceContact::room_used(const Field& x) const {
   mesh_.write_points(x, places_);
-  const Eigen::Matrix3Xd moved = places_ - reference_;
   double largest = 0;
+  if (near_.empty()) {  // Nor are there places to measure from before the first step.
+    return largest;
+  }
+  const Eigen::Matrix3Xd moved = places_ - reference_;
   for (const ContactPair& pair : near_) {
     largest = std::max(largest, pair.largest(pair.inwards(moved)).sum() / (room_share * pair.distance));
   }

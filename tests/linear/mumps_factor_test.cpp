@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <set>
+#include <string>
 
 #include "geometry/principal_axes.h"
 #include "tests/support/solver_options.h"
@@ -84,14 +86,30 @@ TEST(InterfaceFactor, MayBeOfNothing) {
   factor.solve(nothing);
 }
 
-// The program warns of options that rank 0 has not read.
-TEST(MumpsFactor, OfNothingReadsItsOptions) {
+// Those of PETSc's interface to MUMPS, but for what the class sets itself. The program warns of options that rank 0 has
+// not read.
+TEST(MumpsFactor, ReadsItsOptionsAlsoIfItHasNoUnknowns) {
+  const std::set<int> settings{1,  2,  3,  4,  6,  7,  8,  10, 11, 12, 13, 14, 15,
+                               22, 23, 24, 25, 27, 28, 29, 31, 33, 35, 36, 38};
+  const std::set<int> numbers{1, 2, 3, 4, 5, 7};
+  const auto name = [](const char* kind, int number) {
+    return "nothing_mat_mumps_" + std::string(kind) + "_" + std::to_string(number);
+  };
   SolverOptions given;
-  given.set("nothing_mat_mumps_icntl_14", "60");
+  for (int number = 1; number <= 60; ++number) {
+    given.set(name("icntl", number), "0");
+    given.set(name("cntl", number), "0");
+  }
   const MumpsFactor factor({}, {}, 0, 0, "nothing_");
-  PetscBool is_used = PETSC_FALSE;
-  check(PetscOptionsUsed(nullptr, "nothing_mat_mumps_icntl_14", &is_used));
-  EXPECT_EQ(is_used, PETSC_TRUE);
+  const auto is_used = [](const std::string& option) {
+    PetscBool used = PETSC_FALSE;
+    check(PetscOptionsUsed(nullptr, option.c_str(), &used));
+    return used == PETSC_TRUE;
+  };
+  for (int number = 1; number <= 60; ++number) {
+    EXPECT_EQ(is_used(name("icntl", number)), settings.count(number) > 0) << number;
+    EXPECT_EQ(is_used(name("cntl", number)), numbers.count(number) > 0) << number;
+  }
 }
 
 }  // namespace

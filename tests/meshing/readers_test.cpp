@@ -1,5 +1,6 @@
 #include "meshing/readers.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -621,6 +622,37 @@ TEST(GmshReader, TakesTheCornersOfElementsOfHigherOrderAndNoVolumes) {
                                       "straight"}));
   expect_fault("a.msh", head + "2\n" + volumes + "$EndElements\n", "volume elements and no face, expected a surface");
   expect_fault("a.msh", head + "1\n1 9 2 1 1 1 2 3 4\n$EndElements\n", "'$EndElements', expected a node number");
+}
+
+TEST(GmshReader, KnowsHowManyNodesEveryElementHas) {
+  // Types and nodes of Gmsh's manual, "Node ordering" and "MSH file format version 2".
+  const std::vector<std::array<int, 2>> not_faces{
+      {1, 2}, {8, 3},   {26, 4},  {27, 5},  {28, 6},   {15, 1}, {4, 4},   {11, 10}, {29, 20}, {30, 35}, {31, 56},
+      {5, 8}, {12, 27}, {17, 20}, {92, 64}, {93, 125}, {6, 6},  {13, 18}, {18, 15}, {7, 5},   {14, 14}, {19, 13}};
+  const std::vector<std::array<int, 2>> triangles{{2, 3},   {9, 6},   {20, 9},  {21, 10},
+                                                  {22, 12}, {23, 15}, {24, 15}, {25, 21}};
+  const std::vector<std::array<int, 2>> quads{{3, 4}, {10, 9}, {16, 8}, {36, 16}, {37, 25}};
+  constexpr int nodes = 125;
+  std::string head = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n125\n";
+  for (int i = 1; i <= nodes; ++i) {
+    head += fmt::format("{} {} {} {}\n", i, i % 7, i % 5, i);
+  }
+  const auto expect_faces = [&head](const std::vector<std::array<int, 2>>& kinds, const std::vector<int>& face) {
+    for (const auto& [type, count] : kinds) {
+      std::string element = fmt::format("1 {} 0", type);
+      for (int node = 1; node <= count; ++node) {
+        element += fmt::format(" {}", node);
+      }
+      const ScratchFile file("a.msh",
+                             head + "$EndNodes\n$Elements\n2\n" + element + "\n2 2 0 11 12 13\n$EndElements\n");
+      std::vector<std::vector<int>> expected{face, {10, 11, 12}};
+      expected.erase(expected.begin(), expected.begin() + (face.empty() ? 1 : 0));
+      EXPECT_EQ(read_mesh(file.path()).faces, expected) << "type " << type;
+    }
+  };
+  expect_faces(not_faces, {});
+  expect_faces(triangles, {0, 1, 2});
+  expect_faces(quads, {0, 1, 2, 3});
 }
 
 TEST(GmshReader, NamesTheFault) {
