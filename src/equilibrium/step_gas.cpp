@@ -138,10 +138,12 @@ Eigen::Matrix3Xd StepGas::gradient(std::size_t part) {
   for (int chamber = 0; chamber < own.chambers->count(); ++chamber) {
     const GasState& state = own.states[chamber];
     pressure[chamber] = state.pressure;
-    absolute += std::pow(state.absolute_pressure, 2) * gradients.col(chamber).squaredNorm();
+    if (gradients.rows() > 0) {  // Eigen's sparse sums are of something.
+      absolute += std::pow(state.absolute_pressure, 2) * gradients.col(chamber).squaredNorm();
+    }
   }
-  constexpr double fraction =
-      2e-14;  // to which amounts of gas are found, and pressures are differences of absolute ones
+  // Amounts of gas are found to this fraction, and pressures are differences of absolute ones.
+  constexpr double fraction = 2e-14;
   absolute = sum_over_ranks(own.chambers->surface().comm(), absolute);
   own.rounding = fraction * std::sqrt(absolute);
   return (gradients * -pressure).reshaped(3, gradients.rows() / 3);

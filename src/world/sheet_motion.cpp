@@ -249,54 +249,54 @@ const Eigen::Matrix3Xd& SheetMotion::forces_of(const Potential& potential) {
 void SheetMotion::add_work() {
   const PetscInt owned = sheet_.particles.owned;
   const double phi = exact_share(fading_);
-  Eigen::Matrix3Xd& moved = work_.moved;
-  Eigen::Matrix3Xd& forces = work_.forces;
   Eigen::Matrix3Xd& all = work_.all;
   Eigen::VectorXd& works = work_.works;
-  moved = (state_.position.values() - start_.values()).leftCols(owned) / integrator_.fraction();
-  all.setZero(3, owned);
+  all.setZero(3, pins_move_ ? owned : 0);
   works.setZero(kinds_of_work);
-  const auto add = [&](Work kind, const Eigen::Matrix3Xd& added) {
-    of(works, kind) += added.cwiseProduct(moved).sum();
-    all += added;
+  const auto moved = [&](PetscInt i) -> Eigen::Vector3d {
+    return (state_.position.vector(i) - start_.vector(i)) / integrator_.fraction();
+  };
+  const auto add = [&](Work kind, const auto& force) {
+    for (PetscInt i = 0; i < owned; ++i) {
+      const Eigen::Vector3d added = force(i);
+      of(works, kind) += added.dot(moved(i));
+      if (pins_move_) {
+        all.col(i) += added;
+      }
+    }
+  };
+  const auto add_all = [&](Work kind, const Eigen::Matrix3Xd& forces) {
+    add(kind, [&forces](PetscInt i) -> Eigen::Vector3d { return forces.col(i); });
   };
   const auto mass = [&](PetscInt i) { return phi * mass_[i]; };
-  const auto by_particle = [&](const auto& force) -> const Eigen::Matrix3Xd& {
-    forces.resize(3, owned);
-    for (PetscInt i = 0; i < owned; ++i) {
-      forces.col(i) = force(i);
-    }
-    return forces;
-  };
-  add(Work::gravity, by_particle([&](PetscInt i) -> Eigen::Vector3d { return mass(i) * options_.force.gravity; }));
+  add(Work::gravity, [&](PetscInt i) -> Eigen::Vector3d { return mass(i) * options_.force.gravity; });
   if (fading_ > 0) {  // See move_freely.
-    add(Work::damping, by_particle([&](PetscInt i) -> Eigen::Vector3d {
-          const Eigen::Vector3d after = moved.col(i) / h_;
-          const Eigen::Vector3d before = start_velocity_.vector(i);
-          const double m = constrained_[i] ? 0 : mass(i) / h_;
-          return m * (after - before - (after - std::exp(-fading_) * before) / phi);
-        }));
+    add(Work::damping, [&](PetscInt i) -> Eigen::Vector3d {
+      const Eigen::Vector3d after = moved(i) / h_;
+      const Eigen::Vector3d before = start_velocity_.vector(i);
+      const double m = constrained_[i] ? 0 : mass(i) / h_;
+      return m * (after - before - (after - std::exp(-fading_) * before) / phi);
+    });
   }
   if (damping_ > 0) {
-    add(Work::damping, by_particle([&](PetscInt i) -> Eigen::Vector3d {
-          return (constrained_[i] ? 0 : -damping_ * mass_[i]) * velocity_of_balance(i);
-        }));
+    add(Work::damping, [&](PetscInt i) -> Eigen::Vector3d {
+      return (constrained_[i] ? 0 : -damping_ * mass_[i]) * velocity_of_balance(i);
+    });
   }
   if (air_) {
-    add(Work::air, by_particle([&](PetscInt i) -> Eigen::Vector3d {
-          const Eigen::Vector3d velocity = velocity_of_balance(i);
-          return mass(i) > 0 ? Eigen::Vector3d(air_->push(i) - air_->resistance(i) * velocity)
-                             : Eigen::Vector3d::Zero();
-        }));
+    add(Work::air, [&](PetscInt i) -> Eigen::Vector3d {
+      const Eigen::Vector3d velocity = velocity_of_balance(i);
+      return mass(i) > 0 ? Eigen::Vector3d(air_->push(i) - air_->resistance(i) * velocity) : Eigen::Vector3d::Zero();
+    });
   }
   if (gas_ != nullptr) {
-    add(Work::pressure, gas_forces());
+    add_all(Work::pressure, gas_forces());
   }
   if (uneven_.cols() > 0) {
-    add(Work::pressure, uneven_);
+    add_all(Work::pressure, uneven_);
   }
   if (body_contact_ != nullptr) {
-    add(Work::bodies, forces_of(*body_contact_));
+    add_all(Work::bodies, forces_of(*body_contact_));
   }
   // Pins that move work on the particles that they hold by the force that balances all others and the inertia.
   if (pins_move_) {
@@ -304,8 +304,8 @@ void SheetMotion::add_work() {
     for (PetscInt i = 0; i < owned; ++i) {
       if (pins_.pinned()[i]) {
         const double inertial = is_static() ? 0 : mass(i);
-        const Eigen::Vector3d inertia = inertial / h_ * (moved.col(i) / h_ - start_velocity_.vector(i));
-        of(works, Work::pins) += (inertia - all.col(i)).dot(moved.col(i));
+        const Eigen::Vector3d inertia = inertial / h_ * (moved(i) / h_ - start_velocity_.vector(i));
+        of(works, Work::pins) += (inertia - all.col(i)).dot(moved(i));
       }
     }
   }

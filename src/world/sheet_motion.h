@@ -97,9 +97,8 @@ class SheetMotion : public SurfaceMotion {
 
   /// Arrays over the owned particles that add_work uses. They are kept so that a step allocates nothing.
   struct {
-    Eigen::Matrix3Xd moved;   ///< in the step [m]
-    Eigen::Matrix3Xd forces;  ///< of one kind [N]
-    Eigen::Matrix3Xd all;     ///< their sum [N]
+    Eigen::Matrix3Xd forces;  ///< of a potential [N]
+    Eigen::Matrix3Xd all;     ///< the sum of all forces, where pins move [N]
     Eigen::VectorXd works;    ///< on this rank, then on all [J]
   } work_;
 };

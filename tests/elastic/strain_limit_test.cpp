@@ -66,12 +66,15 @@ TEST(StrainLimitTest, ItGrowsWithoutBoundTowardsTheLimit) {
 
 /// Springs of a sheet pulled out of shape, of which some are beyond a limit.
 struct Pulled {
-  Pulled()
-      : sheet(limited_sheet(PETSC_COMM_SELF, grid_mesh(3, 2, 0.1))),
+  explicit Pulled(MPI_Comm comm = PETSC_COMM_SELF)
+      : sheet(limited_sheet(comm, grid_mesh(3, 2, 0.1))),
         x(sheet.particles, 3),
         springs(sheet),
         active(sheet) {
-    active.springs[static_cast<std::size_t>(Colour::blue)][0] = false;
+    std::vector<bool>& blue = active.springs[static_cast<std::size_t>(Colour::blue)];
+    for (std::size_t s = 0; s < blue.size(); ++s) {
+      blue[s] = sheet.persistent_id[sheet.of(Colour::blue).ends[s][0]] != 0;
+    }
     springs.set([this](Colour colour, std::size_t s) {
       return SpringPotential::Hooke{colour == Colour::yellow ? 0.0 : 5.0, sheet.of(colour).initial_length[s]};
     });
@@ -103,6 +106,12 @@ struct Pulled {
   SpringPotential springs;
   ActiveSet active;
 };
+
+TEST(StrainLimitTest, TheLargestShareIsThatOfAllRanks) {
+  const Pulled whole;
+  const Pulled divided(PETSC_COMM_WORLD);
+  EXPECT_EQ(divided.springs.largest_share(divided.x), whole.springs.largest_share(whole.x));
+}
 
 TEST(StrainLimitTest, GradientAndHessianOfTheSpringsAreDerivatives) {
   Pulled pulled;
