@@ -262,11 +262,14 @@ TEST_F(Compaction, SpreadsALoadEvenly) {
   options.thickness = 0.03;
   const Sheet whole = make_sheet(PETSC_COMM_SELF, mesh(24, 16), options);
   const Sheet sheet = make_sheet(PETSC_COMM_WORLD, mesh(24, 16), options);
-  std::vector<double> load;
-  for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
-    load.push_back(sheet.rest(0, i) < 0.9 && !sheet.is_lattice[i] ? 3 : 0);
-  }
-  const LoadedSheet spread = pellicle::spread(sheet, load, particle_data(sheet), cell_data(sheet), options);
+  const auto spread_again = [&options](const Sheet& divided) {
+    std::vector<double> load;
+    for (PetscInt i = 0; i < divided.particles.owned; ++i) {
+      load.push_back(divided.rest(0, i) < 0.9 && !divided.is_lattice[i] ? 3 : 0);
+    }
+    return pellicle::spread(divided, load, particle_data(divided), cell_data(divided), options);
+  };
+  const LoadedSheet spread = spread_again(sheet);
   expect_remainder(spread, whole, [](const Eigen::Vector3d&) { return true; });
   int loaded = 0;  // corners of its cells
   for (PetscInt cell = 0; cell < spread.sheet.elements.owned; ++cell) {
@@ -276,6 +279,8 @@ TEST_F(Compaction, SpreadsALoadEvenly) {
   }
   EXPECT_LT(loaded * ranks_, 1.15 * sum(loaded));
   EXPECT_LT(spread.sheet.partition.imbalance, 1.1);
+  // The load of a cell is that of all its corners, whoever owns them.
+  EXPECT_EQ(spread_again(spread.sheet).sheet.persistent_id, spread.sheet.persistent_id);
 }
 
 TEST_F(Compaction, TwiceIsTheSameAsOnce) {
