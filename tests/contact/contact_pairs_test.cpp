@@ -249,6 +249,33 @@ TEST_F(ContactPairsTest, AreNoneOfFeaturesThatTouch) {
   }
 }
 
+/// Whether two equal sheets touch, of which the second is shifted in their plane.
+bool sheets_touch(double shift) {
+  const SurfaceMesh mesh = grid_mesh(3, 2, 0.1);
+  const Sheet first = make_sheet(PETSC_COMM_WORLD, mesh, SheetOptions());
+  const Sheet second = make_sheet(PETSC_COMM_WORLD, moved(mesh, {shift, 0.7 * shift, 0}), SheetOptions());
+  const ContactSurface surface({{&first, 0.01, 1e6}, {&second, 0.01, 1e6}});
+  Field x(surface.particles(), 3);
+  for (std::size_t part = 0; part < 2; ++part) {
+    const Sheet& sheet = part == 0 ? first : second;
+    for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
+      x.vector(surface.joined().local(part, i)) = sheet.rest.col(i);
+    }
+  }
+  const Field range(surface.particles(), 3);
+  ContactMesh contact_mesh(surface);
+  contact_mesh.gather({x, range, range, std::vector<bool>(surface.particles().local(), true)}, x, {});
+  Eigen::Matrix3Xd places;
+  contact_mesh.write_points(x, places);
+  std::vector<ContactPair> pairs;
+  return on_any_rank(PETSC_COMM_WORLD, renew_contact_pairs(contact_mesh, places, pairs));
+}
+
+TEST(ContactPairs, TouchUnlessAPointOfOneIsInThePlaceOfAPointOfTheOther) {
+  EXPECT_FALSE(sheets_touch(0));
+  EXPECT_TRUE(sheets_touch(0.03));
+}
+
 /// Points and what they make, as columns; the triangle and the second edge are near the plane of x and y.
 struct PairCase {
   const char* name;
