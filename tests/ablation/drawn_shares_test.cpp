@@ -17,8 +17,9 @@ namespace {
 
 /// A grid of unit cells, crumpled, whose mass ratio is a function of the undeformed place; burnt where it is below 0.5.
 struct BurntSheet {
-  BurntSheet(int nx, int ny, const std::function<double(const Eigen::Vector3d&)>& ratio, double crumpling)
-      : sheet(shell_of(grid_mesh(nx, ny, 1.0))),
+  BurntSheet(int nx, int ny, const std::function<double(const Eigen::Vector3d&)>& ratio, double crumpling,
+             SpringRule rule = SpringRule::surface, MPI_Comm comm = PETSC_COMM_WORLD)
+      : sheet(shell_of(grid_mesh(nx, ny, 1.0), comm)),
         active(sheet),
         positions(sheet.particles, 3),
         mass(sheet.particles, 1) {
@@ -27,7 +28,7 @@ struct BurntSheet {
       mass.data()[i] = ratio(sheet.rest.col(i)) * sheet.initial_mass[i];
     }
     const std::vector<double> level = level_set(sheet, mass, 0.5);
-    burn_away(sheet, SpringRule::surface, active, level);
+    burn_away(sheet, rule, active, level);
     for (const PetscInt i : bare_particles(sheet, active, mass)) {
       mass.data()[i] = 0;
     }
@@ -97,6 +98,32 @@ TEST(DrawnShares, AddUpToWhatTheParticlesHave) {
           << n;
       EXPECT_NEAR(sheet.drawn(shares.density(heat)), sheet.whole(heat), 1e-12 * sheet.whole(heat)) << n;
     }
+  }
+}
+
+/// All has burnt but the centres of every other quad, whose springs hold those between them.
+double only_every_other_centre(const Eigen::Vector3d& x) {
+  const bool is_centre = x.x() - std::floor(x.x()) > 0.25;
+  return is_centre && static_cast<int>(std::floor(x.x()) + std::floor(x.y())) % 2 == 0 ? 0.9 : 0.4;
+}
+
+// What springs hold without a triangle gives to cells of other ranks, too.
+TEST(DrawnShares, OfHeldParticlesDoNotDependOnTheRanks) {
+  const auto densities = [](MPI_Comm comm) {
+    const BurntSheet sheet(11, 8, only_every_other_centre, 0.1, SpringRule::triangles, comm);
+    const std::vector<double> density =
+        DrawnShares(sheet.sheet, sheet.active, sheet.surface, sheet.positions).density(sheet.mass);
+    std::vector<double> by_cell(11 * 8, 0);
+    for (PetscInt cell = 0; cell < sheet.sheet.elements.owned; ++cell) {
+      by_cell[sheet.sheet.persistent_id[sheet.sheet.lattice[cell]] - sheet.sheet.first_lattice_id] = density[cell];
+    }
+    sum_over_ranks(comm, by_cell);
+    return by_cell;
+  };
+  const std::vector<double> whole = densities(PETSC_COMM_SELF);
+  const std::vector<double> divided = densities(PETSC_COMM_WORLD);
+  for (std::size_t cell = 0; cell < whole.size(); ++cell) {
+    EXPECT_NEAR(divided[cell], whole[cell], 1e-12) << cell;
   }
 }
 
