@@ -10,9 +10,13 @@
 #include "geometry/triangle_intersection.h"
 #include "surface/membrane.h"
 #include "tests/support/by_id.h"
+#include "tests/support/grid_mesh.h"
 
 namespace pellicle {
 namespace {
+
+/// Where the corner that is split is.
+const Eigen::Vector3d corner(3, -20, 8);
 
 CrackedSurface cracked(const Membrane& membrane, double thickness, std::vector<CrackFace> crack_faces,
                        Field& position) {
@@ -35,12 +39,13 @@ TEST(Lips, OfAFoldOpenWithoutCuttingThroughEachOther) {
                    {-3.45, -5.82, 1.22},  {-3.83, 4.33, -6.25}};
     mesh.faces = {{2, 0, 1}, {3, 4, 5}, {3, 6, 4}, {3, 7, 8}, {3, 5, 9}, {3, 9, 7}};
   }
+  mesh = moved(mesh, corner);
   const Membrane membrane = make_membrane(PETSC_COMM_WORLD, mesh, SheetOptions());
   Field position(membrane.particles, 3);
   position.values() = membrane.rest;
   constexpr double thickness = 1.5;
   separate_crack_faces({cracked(membrane, thickness, {{2, 2}, {2, 3}}, position)});
-  const Eigen::Matrix3Xd at = by_id(membrane, position);
+  const Eigen::Matrix3Xd at = by_id(membrane, position).colwise() - corner;
   EXPECT_NEAR(at.col(2).norm(), lip_share * thickness, 1e-12);
   EXPECT_GE((at.col(3) - at.col(2)).norm(), lip_share * thickness / 2);
   const auto triangle = [&at](Eigen::Index a, Eigen::Index b, Eigen::Index c) {
@@ -76,12 +81,13 @@ void expect_to_stop_short(bool is_one_surface) {
     add_cone(lower, 0);
     add_cone(is_one_surface ? lower : upper, apart);
   }
-  const Membrane membrane = make_membrane(PETSC_COMM_WORLD, lower, SheetOptions());
+  const Membrane membrane = make_membrane(PETSC_COMM_WORLD, moved(lower, corner), SheetOptions());
   Field position(membrane.particles, 3);
   position.values() = membrane.rest;
   std::vector<CrackedSurface> surfaces{cracked(membrane, thickness, {{3, 0}, {3, 3}}, position)};
   const std::optional<Membrane> other =
-      is_one_surface ? std::nullopt : std::optional(make_membrane(PETSC_COMM_WORLD, upper, SheetOptions()));
+      is_one_surface ? std::nullopt
+                     : std::optional(make_membrane(PETSC_COMM_WORLD, moved(upper, corner), SheetOptions()));
   std::optional<Field> of_other;
   if (other) {
     of_other.emplace(other->particles, 3);
@@ -89,7 +95,7 @@ void expect_to_stop_short(bool is_one_surface) {
     surfaces.push_back(cracked(*other, thickness, {}, *of_other));
   }
   separate_crack_faces(surfaces);
-  const Eigen::Matrix3Xd at = by_id(membrane, position);
+  const Eigen::Matrix3Xd at = by_id(membrane, position).colwise() - corner;
   EXPECT_GT(at(2, 3), 0.1 * apart);
   EXPECT_LT(at(2, 3), apart);
   EXPECT_NEAR(at.col(0).norm(), lip_share * thickness, 1e-12);

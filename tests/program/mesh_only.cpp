@@ -1,5 +1,6 @@
 // -mesh_only: a mesh is read or generated, checked, described and written.
 
+#include <fmt/format.h>
 #include <vtkIdList.h>
 
 #include <Eigen/Geometry>
@@ -63,6 +64,31 @@ TEST_F(MeshOnlyTest, GeneratedQuads) {
       EXPECT_NEAR(value, 90, 1e-9);
     }
     EXPECT_EQ(drawn_ranks_.size(), static_cast<std::size_t>(ranks));
+  }
+}
+
+// Whichever rank has the worst cell.
+TEST_F(MeshOnlyTest, TheQualityIsThatOfAllRanks) {
+  for (const int short_side : {0, 12}) {  // of a row of 12 cells
+    std::string mesh;
+    for (int i = 0; i <= 12; ++i) {
+      const double height = i == short_side ? 0.3 : 1;
+      mesh += fmt::format("v {} 0 0\nv {} {} 0\n", i, i, height);
+    }
+    for (int i = 0; i < 12; ++i) {
+      mesh += fmt::format("f {} {} {} {}\n", 2 * i + 1, 2 * i + 3, 2 * i + 4, 2 * i + 2);
+    }
+    write("row.obj", mesh);
+    std::set<std::string> qualities;
+    for (const int ranks : {1, 3}) {
+      const std::string told =
+          succeed(ranks, {"-mesh_only", "-output_directory", "out", "-mesh_file", (folder() / "row.obj").string()})
+              .output;
+      const std::size_t first = told.find("quality: ");
+      ASSERT_NE(first, std::string::npos) << told;
+      qualities.insert(told.substr(first, told.find('\n', first) - first));
+    }
+    EXPECT_EQ(qualities.size(), 1U) << *qualities.begin() << "\n" << *qualities.rbegin();
   }
 }
 
