@@ -67,10 +67,7 @@ TEST(StrainLimitTest, ItGrowsWithoutBoundTowardsTheLimit) {
 /// Springs of a sheet pulled out of shape, of which some are beyond a limit.
 struct Pulled {
   explicit Pulled(MPI_Comm comm = PETSC_COMM_SELF)
-      : sheet(limited_sheet(comm, grid_mesh(3, 2, 0.1))),
-        x(sheet.particles, 3),
-        springs(sheet),
-        active(sheet) {
+      : sheet(limited_sheet(comm, grid_mesh(3, 2, 0.1))), x(sheet.particles, 3), springs(sheet), active(sheet) {
     std::vector<bool>& blue = active.springs[static_cast<std::size_t>(Colour::blue)];
     for (std::size_t s = 0; s < blue.size(); ++s) {
       blue[s] = sheet.persistent_id[sheet.of(Colour::blue).ends[s][0]] != 0;
