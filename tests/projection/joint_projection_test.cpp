@@ -103,6 +103,24 @@ TEST(JointProjection, IsOneNewtonStepOfAllSprings) {
   EXPECT_GT((expected - before).norm(), 1e-3);
 }
 
+TEST(JointProjection, EachStepIsMonitored) {
+  Scene scene(small_sheet());
+  disturb(scene, 0.002);
+  ProjectOptions options = joint_options();
+  options.max_steps = 3;
+  options.monitor = true;
+  SuccessiveProjection projection(scene.sheet, options);
+  const StageResult result = projection.advance(scene.x, scene.input());
+  ASSERT_TRUE(result.converged) << result.reason;
+  const auto& curve = projection.monitored();
+  ASSERT_EQ(curve.size(), 4U);
+  for (int step = 0; step <= 3; ++step) {
+    EXPECT_EQ(curve[step].step, step);
+    EXPECT_FALSE(curve[step].projected.has_value());
+  }
+  EXPECT_LT(curve[3].total, curve[0].total);
+}
+
 TEST(JointProjection, LengthsAreMetAndMomentumIsKept) {
   Scene scene(small_sheet());
   disturb(scene, 0.002);
