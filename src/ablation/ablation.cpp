@@ -86,8 +86,10 @@ void follow_triangles(const Surface& surface, SpringRule rule, ActiveSet& active
 std::vector<bool> particles_with_surface(const Surface& surface, const ActiveSet& active) {
   std::vector<char> flags(surface.particles.local(), 0);
   for (PetscInt t = 0; t < surface.owned_triangles(); ++t) {
-    for (const PetscInt particle : surface.triangles[t]) {
-      flags[particle] = flags[particle] != 0 || active.triangles[t] ? 1 : 0;
+    if (active.triangles[t]) {
+      for (const PetscInt particle : surface.triangles[t]) {
+        flags[particle] = 1;
+      }
     }
   }
   gather_flags(surface.particles, flags);

@@ -402,7 +402,7 @@ std::vector<ContactWork> SurfaceContact::work(const Field& x) const {
 double SurfaceContact::room_used(const Field& x) const {
   mesh_.write_points(x, places_);
   double largest = 0;
-  if (near_.empty()) {  // Nor are there places to measure from before the first step.
+  if (near_.empty()) {  // Before the first step there are no places to measure from either.
     return largest;
   }
   const Eigen::Matrix3Xd moved = places_ - reference_;

@@ -138,7 +138,7 @@ Eigen::Matrix3Xd StepGas::gradient(std::size_t part) {
   for (int chamber = 0; chamber < own.chambers->count(); ++chamber) {
     const GasState& state = own.states[chamber];
     pressure[chamber] = state.pressure;
-    if (gradients.rows() > 0) {  // Eigen's sparse sums are of something.
+    if (gradients.rows() > 0) {  // Eigen does not sum a sparse column without rows.
       absolute += std::pow(state.absolute_pressure, 2) * gradients.col(chamber).squaredNorm();
     }
   }

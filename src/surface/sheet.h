@@ -33,10 +33,11 @@ std::vector<double> corner_masses(const Sheet& sheet, const Field& mass);
 /// @param values (3 x local), ghosts up to date before and after
 void follow_corners(const Sheet& sheet, Field& values);
 
-/// Moves removed particles of quads of which a triangle remains along with the rest of their quads: the centre of such
-/// a quad is drawn, and touches others, at the mean of all four corners. Each goes where the rotation, translation and
-/// scaling lead that take the quad's remaining particles from their undeformed places nearest to where they are (S.
-/// Umeyama, 1991). Collective.
+/// Moves the removed corners of quads that still have a triangle along with the rest of their quads, because the centre
+/// of a quad is drawn, and touches others, at the mean of its four corners. Of all rotations with translation and
+/// scaling, one takes the quad's remaining particles from their undeformed places nearest to where they are (S.
+/// Umeyama, 1991): the removed corner goes where that one takes it, to the mean if it belongs to several such quads.
+/// Collective.
 /// @param active the drawn triangles that remain, ghosts up to date @param mass of the particles, 0 of removed ones,
 /// ghosts up to date, (1 x local) [kg] @param pinned local particles that stay in any case
 /// @param position (3 x local), ghosts up to date before and after [m]

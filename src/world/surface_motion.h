@@ -71,7 +71,7 @@ class SurfaceMotion : public MotionStage {
   /// Moves what has left back to exactly where it was, whatever pulls at it, unless it `is_carried`.
   void keep_what_has_left();
   bool has_left(PetscInt i) const { return state_.burning && state_.burning->mass.data()[i] == 0; }
-  /// Whether something that has left goes along with what is left.
+  /// Whether a local particle that has left moves along with the rest of its quad.
   virtual bool is_carried(PetscInt /*i*/) const { return false; }
   /// The result of a step with a fault at its end; a fault of its start explains it. Empty: there is none. Collective.
   StageResult result_of(std::string fault) const;

@@ -167,7 +167,7 @@ void expect_the_tangent(const KspHandle& solver, const Mat fine) {
   }
 }
 
-// Also when only one rank has couplings that it had not before.
+// The second comparison is made when only one rank has couplings that it did not have before.
 TEST(CoarseLevel, IsTheTangentBetweenMotionsOfPatches) {
   Crumpled sheet;
   KspDefaults defaults;

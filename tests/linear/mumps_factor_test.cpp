@@ -86,8 +86,8 @@ TEST(InterfaceFactor, MayBeOfNothing) {
   factor.solve(nothing);
 }
 
-// Those of PETSc's interface to MUMPS, but for what the class sets itself. The program warns of options that rank 0 has
-// not read.
+// The options are those of PETSc's interface to MUMPS, except the settings that the class makes itself. The program
+// warns of options that rank 0 has not read.
 TEST(MumpsFactor, ReadsItsOptionsAlsoIfItHasNoUnknowns) {
   const std::set<int> settings{1,  2,  3,  4,  6,  7,  8,  10, 11, 12, 13, 14, 15,
                                22, 23, 24, 25, 27, 28, 29, 31, 33, 35, 36, 38};

@@ -67,7 +67,7 @@ TEST_F(MeshOnlyTest, GeneratedQuads) {
   }
 }
 
-// Whichever rank has the worst cell.
+// The worst cell is the first of the mesh, then the last, so that it is not on rank 0 both times.
 TEST_F(MeshOnlyTest, TheQualityIsThatOfAllRanks) {
   for (const int short_side : {0, 12}) {  // of a row of 12 cells
     std::string mesh;
