@@ -65,6 +65,21 @@ TEST(OneLayerNet, DoesNotResistShear) {
   }
 }
 
+/// The pressure on what is drawn at the cells' centres pushes these in two layers, and the corners in one.
+TEST(OneLayerNet, IsPushedByGasAsMuchAsASheetOfTwoLayers) {
+  for (const int layers : {1, 2}) {
+    Options options = net_options();
+    options.sheet.layers = layers;
+    options.force.gravity.setZero();
+    options.chambers["below"].law = "pressure";
+    options.chambers["below"].pressure = {{0, 10}};
+    Net net(options);
+    net.go(1);
+    const double area = 8 * 6 * 0.1 * 0.1;
+    EXPECT_NEAR(net.momentum().norm(), 10 * area * 2e-3, 1e-9) << layers;
+  }
+}
+
 TEST(OneLayerNet, HasNoHookeSprings) {
   ObjectOptions object("");
   object.options.dynamics = Dynamics::spring;
