@@ -177,17 +177,18 @@ def stitches():
 
 
 PLOTS = {"cantilever": cantilever, "strip": strip, "frequency": frequency, "crumpling": crumpling, "folds": stitches}
-OPTIONS = arguments()
+if __name__ == "__main__":
+    OPTIONS = arguments()
 
-# After the arguments, since they take a while.
-import matplotlib  # noqa: E402
-import numpy  # noqa: E402
+    # After the arguments, since they take a while.
+    import matplotlib
+    import numpy
 
-import folds  # noqa: E402
+    import folds
 
-matplotlib.use("Agg")
-from matplotlib import pyplot  # noqa: E402
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
 
-with tempfile.TemporaryDirectory() as WORK:
-    for NAME in OPTIONS.names or PLOTS:
-        PLOTS[NAME]()
+    with tempfile.TemporaryDirectory() as WORK:
+        for NAME in OPTIONS.names or PLOTS:
+            PLOTS[NAME]()

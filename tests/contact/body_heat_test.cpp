@@ -272,6 +272,29 @@ TEST(BodyHeat, DeadTrianglesTakeNoneAndTheRestOfACellGetsEvenlyHotter) {
   }
 }
 
+// A cell of triangles that are not alike has lost the one between its first two corners: these have one left, the
+// others two, and corners count by the number of their triangles.
+TEST(BodyHeat, CornersOfAnUnevenCellTakeByTheNumberOfTheirTriangles) {
+  SurfaceMesh mesh;
+  mesh.points = {{0, 0, 0}, {0.3, 0, 0}, {0.25, 0.2, 0}, {0, 0.1, 0}};
+  mesh.faces = {{0, 1, 2, 3}};
+  const Sheet sheet = shell_of(mesh, 0);
+  Standing standing(sheet);
+  double area = 0;
+  for (std::size_t t = 0; t < sheet.triangles.size(); ++t) {
+    const auto [e12, e13] = edges_of(sheet.rest.data(), sheet.triangles[t]);
+    standing.active.triangles[t] = t != 0;
+    area += t != 0 ? e12.cross(e13).norm() / 2 : 0;
+  }
+  const Eigen::VectorXd conductance =
+      body_conductance(sheet, hot_body(HalfSpace{}, {0, 0, 0}), standing.input()) / transfer;
+  for (PetscInt i = 0; i < sheet.particles.owned && !sheet.cells.empty(); ++i) {
+    const PetscInt id = sheet.persistent_id[i];
+    const double fraction = sheet.is_lattice[i] ? 0.5 : 0.5 * (id < 2 ? 1 : 2) / 6;
+    EXPECT_NEAR(conductance[i], fraction * area, 1e-14) << id;
+  }
+}
+
 TEST(BodyHeat, AColdBodyTakesWhatTheSurfaceLosesAndNoneIsColderThanIt) {
   const Sheet sheet = shell_of(square(7), 0);
   const Standing standing(sheet);
