@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 #include <numeric>
 
 #include "base/error.h"
@@ -64,6 +65,16 @@ TEST(SortedRows, AreFoundByTheirIds) {
     const std::vector<PetscInt> some = this_rank() == 0 ? std::vector<PetscInt>{absent} : std::vector<PetscInt>{};
     EXPECT_THROW(RowsOfIds(PETSC_COMM_WORLD, sorted, some), Error) << absent;
   }
+}
+
+// Of the last ids that there can be each rank has one, in reverse order.
+TEST(SortedRows, MayHaveTheHighestIds) {
+  const PetscInt last = std::numeric_limits<PetscInt>::max() - 1;
+  const PetscInt step = last / (2 * ranks());
+  const std::vector<PetscInt> ids{last - step * this_rank()};
+  const std::vector<PetscInt> sorted = SortedRows(PETSC_COMM_WORLD, ids).sorted(ids);
+  const std::vector<PetscInt> wanted{last};
+  EXPECT_EQ(RowsOfIds(PETSC_COMM_WORLD, sorted, wanted).of(rows_for(sorted), 2), rows_for(wanted));
 }
 
 }  // namespace
