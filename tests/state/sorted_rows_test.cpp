@@ -67,12 +67,13 @@ TEST(SortedRows, AreFoundByTheirIds) {
   }
 }
 
-// Of the last ids that there can be each rank has one, in reverse order.
+// Ids up to the last that there can be, evenly spread: each rank has one, in reverse order, and gets one.
 TEST(SortedRows, MayHaveTheHighestIds) {
   const PetscInt last = std::numeric_limits<PetscInt>::max() - 1;
-  const PetscInt step = last / (2 * ranks());
-  const std::vector<PetscInt> ids{last - step * this_rank()};
+  const auto id_of = [last](PetscInt k) { return k == 0 ? last : last - last / ranks() * k - last / ranks() / 2; };
+  const std::vector<PetscInt> ids{id_of(this_rank())};
   const std::vector<PetscInt> sorted = SortedRows(PETSC_COMM_WORLD, ids).sorted(ids);
+  EXPECT_EQ(sorted, std::vector<PetscInt>{id_of(ranks() - 1 - this_rank())});
   const std::vector<PetscInt> wanted{last};
   EXPECT_EQ(RowsOfIds(PETSC_COMM_WORLD, sorted, wanted).of(rows_for(sorted), 2), rows_for(wanted));
 }
