@@ -151,9 +151,7 @@ def overflows(line):
     for match in re.finditer(r"\b(?<!unsigned )(?:long long|std::u?int64_t|PetscInt64)\b(?!&? [\w:]+[(,)])", line.code):
         cast = re.match(r">\((.*?)\)*[,; )]", line.code[match.end():])
         is_small = cast and line.types_of(cast[1]) and line.types_of(cast[1]) <= {"int", "PetscInt", "bool"}
-        # A number that is only passed on is too large for an int where there are as many items: no test makes so many.
-        is_reckoned = re.search(r" [*] |\+=", line.code)
-        if not is_small and is_reckoned and not re.search(r"constexpr.* = \d+;", line.code):
+        if not is_small and not re.search(r"constexpr.* = \d+;", line.code):
             yield *match.span(), "int"
 
 
