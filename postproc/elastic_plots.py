@@ -19,6 +19,10 @@ import subprocess
 import sys
 import tempfile
 
+import numpy
+
+import folds
+
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 STRIP = """
 mesh: {cells: [20, 4], size: [1 m, 0.2 m]}
@@ -180,11 +184,7 @@ PLOTS = {"cantilever": cantilever, "strip": strip, "frequency": frequency, "crum
 if __name__ == "__main__":
     OPTIONS = arguments()
 
-    # After the arguments, since they take a while.
-    import matplotlib
-    import numpy
-
-    import folds
+    import matplotlib  # after the arguments, since it takes a while
 
     matplotlib.use("Agg")
     from matplotlib import pyplot

@@ -9,8 +9,6 @@ sys.path.insert(0, sys.argv[1] + "/postproc")
 
 import elastic_plots  # noqa: E402
 
-elastic_plots.numpy = numpy  # which it takes when it is run
-
 
 def main():
     faults = Faults()

@@ -65,7 +65,7 @@ TEST(OneLayerNet, DoesNotResistShear) {
   }
 }
 
-/// The pressure on what is drawn at the cells' centres pushes these in two layers, and the corners in one.
+// The pressure on what is drawn at the cells' centres pushes these in two layers, and the corners in one.
 TEST(OneLayerNet, IsPushedByGasAsMuchAsASheetOfTwoLayers) {
   for (const int layers : {1, 2}) {
     Options options = net_options();
