@@ -388,6 +388,26 @@ TEST(BalloonByGeneralizedAlpha, LedVerticesAreInTheirPlaces) {
   }
 }
 
+// Damping acts on strain rates alone: none where all moves alike, led vertices among it.
+TEST(BalloonByGeneralizedAlpha, GoesAlongWithItsPinsThoughItIsDamped) {
+  Options options = ringing_options();
+  options.prism.stiffness_damping = 1e-2;
+  const Eigen::Vector3d speed(1, 2, -0.5);
+  options.pins["top"].centre = {0, 0, radius};
+  options.pins["top"].radius = 0.6 * radius;
+  options.pins["top"].velocity = speed;
+  StaticBalloon balloon(icosphere_mesh(2, radius), options);
+  balloon.state().velocity.values().colwise() = speed;
+  for (int step = 1; step <= 4; ++step) {
+    const double time = 1e-3 * step;
+    balloon.reach(time);
+    for (PetscInt i = 0; i < balloon.membrane().particles.local(); ++i) {
+      const Eigen::Vector3d place = balloon.membrane().rest.col(i) + time * speed;
+      EXPECT_LE((balloon.state().position.vector(i) - place).norm(), 1e-11);
+    }
+  }
+}
+
 // A plate comes down on a ball and drives it off: where it is then, by steps of 0.5 ms and by very short ones of
 // implicit Euler.
 TEST(BalloonByGeneralizedAlpha, IsPressedByAMovingBody) {
