@@ -1,10 +1,13 @@
 #include "state/hdf5_file.h"
 
 #include <gtest/gtest.h>
+#include <hdf5.h>
 #include <petscsys.h>
 
+#include <array>
 #include <fstream>
 #include <numeric>
+#include <utility>
 
 #include "base/error.h"
 #include "tests/io/files.h"
@@ -91,6 +94,31 @@ TEST(Hdf5File, FindsADamagedTableOnEveryRank) {
   } catch (const Error& error) {
     EXPECT_EQ(std::string(error.what()), path + ": table place is damaged");
   }
+}
+
+// As a table of 100 billion rows without any of them takes no room, another program may have made one.
+TEST(Hdf5File, CountsMoreRowsThanAnIntDoes) {
+  const TestFolder folder;
+  const std::string path = folder / "huge.h5";
+  constexpr long long rows = 100'000'000'000;
+  if (this_rank() == 0) {
+    const hid_t file = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+    const hid_t group = H5Gcreate2(file, "sheet", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+    for (const auto& [name, length] : {std::pair("id", rows), std::pair("mass", rows + 1)}) {
+      const std::array<hsize_t, 2> size{static_cast<hsize_t>(length), 1};
+      const hid_t space = H5Screate_simple(2, size.data(), nullptr);
+      const hid_t table = H5Dcreate2(group, name, H5T_NATIVE_INT, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+      H5Dclose(table);
+      H5Sclose(space);
+    }
+    H5Gclose(group);
+    H5Fclose(file);
+  }
+  MPI_Barrier(PETSC_COMM_WORLD);
+  const Hdf5File file(PETSC_COMM_WORLD, path, Hdf5File::Mode::read);
+  EXPECT_EQ(file.rows("sheet/id"), rows);
+  EXPECT_EQ(error_text([&] { file.require_equal_rows("sheet"); }),
+            path + ": table sheet/mass has 100000000001 rows; expected those of sheet/id, 100000000000");
 }
 
 TEST(Hdf5File, RefusesWhatIsNoSuchFile) {
