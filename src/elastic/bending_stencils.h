@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "base/incidence.h"
-#include "elastic/sheet_geometry.h"
+#include "elastic/sheet_springs.h"
 #include "surface/active_set.h"
 #include "surface/membrane.h"
 #include "surface/sheet.h"

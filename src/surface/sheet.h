@@ -17,16 +17,11 @@ struct Sheet : Surface {
   /// 2: the shell; 1: a net whose lattice points are at the mean of their cells' corners, without springs that act
   /// (follow_corners). Its springs other than the blue ones only connect pieces and conduct heat.
   int layers = 2;
-  /// Whether the lattice points of two layers lie in the surface, as those of a sheet whose triangles are a material do
-  /// (ElasticSheet). Of its springs only the edges of these triangles act, blue and red.
-  bool is_one_surface = false;
   PetscInt owned_corners = 0;     ///< particles [0, owned_corners) are corners; up to `particles.owned` lattice points
   PetscInt first_lattice_id = 0;  ///< persistent id of the lattice point of the file's first cell
 
   /// Whether the springs of a colour act.
-  bool acts(Colour colour) const {
-    return colour == Colour::blue || (layers == 2 && (!is_one_surface || colour == Colour::red));
-  }
+  bool acts(Colour colour) const { return layers == 2 || colour == Colour::blue; }
 };
 
 /// Mass that moves with each local particle of a sheet of one layer [kg]: for a corner its own and its fractions of the

@@ -129,7 +129,6 @@ SpringSet make_spring_set(const std::vector<FoundSpring>& found, const Distribut
 LoadedSheet assembled(const Distribution& mesh, const SheetIds& ids, const SheetOptions& options) {
   Sheet sheet;
   sheet.layers = options.layers;
-  sheet.is_one_surface = options.is_one_surface;
   sheet.first_lattice_id = ids.first_lattice_id;
   sheet.id_end = ids.id_end;
 
@@ -215,7 +214,7 @@ void require_lengths(const Sheet& sheet) {
   for (const Colour colour : all_colours) {
     const SpringSet& springs = sheet.of(colour);
     const double sum = sum_of_lengths(springs);
-    for (PetscInt s = 0; s < springs.owned() && (sheet.layers == 2 || colour == Colour::blue); ++s) {
+    for (PetscInt s = 0; s < springs.owned() && sheet.acts(colour); ++s) {
       if (springs.initial_length[s] * static_cast<double>(springs.layout.global) <= least * sum) {
         const auto [a, b] = springs.ends[s];
         const auto [lesser, greater] = std::minmax(sheet.persistent_id[a], sheet.persistent_id[b]);

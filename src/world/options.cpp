@@ -249,10 +249,6 @@ void describe_exclusions(OptionTable& table, const Options& options) {
       [](const Options& of) { return !inflates(of) && of.time.tolerance > 0; },
       [](const Options& of) { return of.dynamics != Dynamics::elastic; });
   exclude(
-      "ablation.spring_rule: triangles", "dynamics: elastic, whose surface alone holds its particles", "surface",
-      [](const Options& of) { return of.ablation.spring_rule == SpringRule::triangles; },
-      [](const Options& of) { return !inflates(of) && of.dynamics == Dynamics::elastic; });
-  exclude(
       "ablation.strength", "dynamics: spring, whose springs all pull alike", "elastic or projection",
       [](const Options& of) { return of.ablation.strength.has_value(); },
       [](const Options& of) { return !inflates(of) && of.dynamics == Dynamics::spring; });

@@ -136,7 +136,7 @@ class ProjectedMotion : public SheetMotion {
   StageResult begin_balance(Step& step) override;
   StageResult find_positions(Step& step) override;
   Eigen::Matrix3Xd gas_forces() override;
-  void add_own_forces(Eigen::Matrix3Xd& sum) override;
+  void add_spring_forces(Eigen::Matrix3Xd& sum) override;
   void leave_bodies(Step& step) override;
   std::string body_fault(const Step& step) const override { return bodies_.sweep().fault(step.loads); }
 
@@ -158,7 +158,7 @@ class ProjectedMotion : public SheetMotion {
   PetscInt contacts_ = 0;                     ///< particles of this rank that bodies hold
   Eigen::Matrix3Xd free_position_;            ///< positions without springs, bodies and gas
   Eigen::Matrix3Xd free_velocity_;            ///< velocities without them
-  std::optional<Field> spring_force_;         ///< see add_own_forces; where pins move
+  std::optional<Field> spring_force_;         ///< see add_spring_forces; where pins move
 };
 
 }  // namespace
@@ -389,7 +389,7 @@ Eigen::Matrix3Xd ProjectedMotion::gas_forces() {
 }
 
 /// The forces with which the last projection has ended. Collective.
-void ProjectedMotion::add_own_forces(Eigen::Matrix3Xd& sum) {
+void ProjectedMotion::add_spring_forces(Eigen::Matrix3Xd& sum) {
   if (!spring_force_) {
     spring_force_.emplace(sheet_.particles, 3);
   }

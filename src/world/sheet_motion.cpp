@@ -8,7 +8,7 @@
 
 #include "ablation/ablation.h"
 #include "ablation/drawn_shares.h"
-#include "elastic/sheet_geometry.h"
+#include "elastic/sheet_springs.h"
 #include "equilibrium/time_scheme.h"
 #include "io/console.h"
 #include "parallel/collective.h"
@@ -300,7 +300,7 @@ void SheetMotion::add_work() {
   }
   // Pins that move work on the particles that they hold by the force that balances all others and the inertia.
   if (pins_move_) {
-    add_own_forces(all);
+    add_spring_forces(all);
     for (PetscInt i = 0; i < owned; ++i) {
       if (pins_.pinned()[i]) {
         const double inertial = is_static() ? 0 : mass(i);

@@ -31,7 +31,7 @@ class SheetMotion : public SurfaceMotion {
   /// Sets the target lengths from the burnt fractions (burning paper, eq. 5 and 6). Not collective.
   virtual void set_lengths();
   /// Strains of the sheet as it is now. Collective.
-  WeaveStrain weave_strain() const {
+  virtual WeaveStrain weave_strain() const {
     return surface::weave_strain(sheet_, state_.position, state_.target_length, state_.burning->active);
   }
   std::string stage() const override { return "projection"; }
@@ -51,8 +51,8 @@ class SheetMotion : public SurfaceMotion {
   virtual StageResult find_positions(Step& step) = 0;
   /// Forces of gas at the end of the step on the owned particles [N]; empty: there are none.
   virtual Eigen::Matrix3Xd gas_forces() = 0;
-  /// Adds the forces with which the sheet resists changes of its shape, on the owned particles [N].
-  virtual void add_own_forces(Eigen::Matrix3Xd& sum) = 0;
+  /// Adds forces of the springs on the owned particles [N].
+  virtual void add_spring_forces(Eigen::Matrix3Xd& sum) = 0;
   /// Work of viscosity in the step [J].
   virtual double viscous_work() const { return 0; }
   /// Sets the velocities of particles that leave bodies, and the loads on the bodies.

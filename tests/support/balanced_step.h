@@ -6,7 +6,6 @@
 #include <utility>
 #include <vector>
 
-#include "elastic/elastic_sheet.h"
 #include "elastic/spring_sheet.h"
 #include "energies/newton_options.h"
 #include "energies/step_objective.h"

@@ -8,7 +8,7 @@
 
 #include "contact/crossings.h"
 #include "contact/surface_contact.h"
-#include "elastic/elastic_sheet.h"
+#include "elastic/spring_sheet.h"
 #include "surface/shell.h"
 #include "tests/support/balanced_step.h"
 #include "tests/support/balls.h"
