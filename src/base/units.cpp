@@ -18,7 +18,7 @@ namespace pellicle::base {
 
 namespace {
 
-constexpr double half_turn = 3.14159265358979323846;  // [rad]
+constexpr double pi = 3.14159265358979323846;
 
 std::optional<Unit> find_unit(const std::string& symbol) {
   static const std::map<std::string, Unit> prefixable{
@@ -32,7 +32,7 @@ std::optional<Unit> find_unit(const std::string& symbol) {
                                                  {"h", {3600, 0, {0, 0, 1, 0}}},
                                                  {"bar", {1e5, 0, {-1, 1, -2, 0}}},
                                                  {"rad", {1, 0, {0, 0, 0, 0, 0, 1}}},
-                                                 {"deg", {half_turn / 180, 0, {0, 0, 0, 0, 0, 1}}},
+                                                 {"deg", {pi / 180, 0, {0, 0, 0, 0, 0, 1}}},
                                                  {"%", {1e-2, 0, {}}},
                                                  {"1", {1, 0, {}}},
                                                  {"degC", {1, 273.15, {0, 0, 0, 1}}}};
