@@ -1,26 +1,23 @@
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <vector>
 
 #include "ablation/cracks.h"
-#include "parallel/collective.h"
 #include "tests/ablation/sheets.h"
 
 namespace pellicle::cracks_of_a_sheet_test {
 namespace {
 
-constexpr int columns = 9;
 constexpr double strength = 100;  // [N/m]
 
 using Sides = std::vector<std::array<PetscInt, 2>>;
 
-/// The ids of the ends of the sides that crack on all ranks, where the stress in a cell follows from its id and a
-/// number. Collective.
+/// The ids of the ends of the sides that crack, of all ranks, where each cell is pulled in a direction and with a
+/// stress that look random but follow from its id and a number. Collective.
 Sides cracks_under_random_stress(MPI_Comm comm, int number) {
-  const Sheet sheet = shell_of(grid_mesh(columns, 7, 0.1), comm);
+  const Sheet sheet = shell_of(grid_mesh(9, 7, 0.1), comm);
   std::vector<Eigen::Matrix3d> stress;
   for (const PetscInt id : sheet.element_id) {
     const double angle = std::sin(12.9 * id + 78.2 * number) * 1000;
@@ -41,9 +38,7 @@ Sides cracks_under_random_stress(MPI_Comm comm, int number) {
     const auto [low, high] = ids_of(sheet, Colour::blue, side);
     own.push_back({low, high});
   }
-  Sides all = of_all_ranks(comm, own);
-  std::sort(all.begin(), all.end());
-  return all;
+  return gathered(comm, own);
 }
 
 TEST(CracksOfASheet, AreTheSameOnAnyRanks) {

@@ -8,7 +8,6 @@
 
 #include "ablation/ablation.h"
 #include "ablation/cracks.h"
-#include "parallel/collective.h"
 #include "surface/membrane.h"
 #include "tests/ablation/sheets.h"
 
@@ -78,9 +77,7 @@ class CracksOfAWall : public ::testing::Test {
       const auto [low, high] = std::minmax(membrane_.persistent_id[a], membrane_.persistent_id[b]);
       own.push_back({low, high});
     }
-    std::vector<std::array<PetscInt, 2>> all = of_all_ranks(PETSC_COMM_WORLD, own);
-    std::sort(all.begin(), all.end());
-    return all;
+    return gathered(PETSC_COMM_WORLD, own);
   }
 
   Membrane membrane_ = strip();

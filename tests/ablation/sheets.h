@@ -45,8 +45,9 @@ inline std::vector<double> level_by_id(const Sheet& sheet, const std::function<d
 }
 
 /// The same list on all ranks: that of all of them, in rising order. Collective.
-inline std::vector<PetscInt> gathered(MPI_Comm comm, const std::vector<PetscInt>& own) {
-  std::vector<PetscInt> all = of_all_ranks(comm, own);
+template <class T>
+std::vector<T> gathered(MPI_Comm comm, const std::vector<T>& own) {
+  std::vector<T> all = of_all_ranks(comm, own);
   std::sort(all.begin(), all.end());
   return all;
 }

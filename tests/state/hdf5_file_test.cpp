@@ -96,7 +96,7 @@ TEST(Hdf5File, FindsADamagedTableOnEveryRank) {
   }
 }
 
-// As a table of 100 billion rows without any of them takes no room, another program may have made one.
+// A table to which nothing has been written takes no room in the file, however many rows it has.
 TEST(Hdf5File, CountsMoreRowsThanAnIntDoes) {
   const TestFolder folder;
   const std::string path = folder / "huge.h5";

@@ -388,7 +388,8 @@ TEST(BalloonByGeneralizedAlpha, LedVerticesAreInTheirPlaces) {
   }
 }
 
-// Damping acts on strain rates alone: none where all moves alike, led vertices among it.
+// Stiffness damping acts on the rate of strain. There is none where all vertices move alike, those that pins lead and
+// the others.
 TEST(BalloonByGeneralizedAlpha, GoesAlongWithItsPinsThoughItIsDamped) {
   Options options = ringing_options();
   options.prism.stiffness_damping = 1e-2;
