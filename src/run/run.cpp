@@ -196,9 +196,9 @@ class Run {
     std::size_t compared = 0;
     for (std::size_t i = 0; i < world.objects().size(); ++i) {
       const Object& object = *world.objects()[i];
-      for (const auto& [name, here] : differences(object.state(), again.objects()[i]->state())) {
+      for (const auto& [name, difference] : differences(comm_, object.state(), again.objects()[i]->state())) {
         ++compared;
-        if (const double difference = max_over_ranks(comm_, here); difference > 0) {
+        if (difference > 0) {
           faults += (faults.empty() ? "" : ", ") + (object.name().empty() ? "" : object.name() + "'s ") + name +
                     " by " + number_text(difference) + " of its largest";
         }

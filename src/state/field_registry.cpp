@@ -4,11 +4,13 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <numeric>
 #include <sstream>
 #include <stdexcept>
 
 #include "base/error.h"
+#include "parallel/collective.h"
 #include "state/hdf5_file.h"
 #include "state/sorted_rows.h"
 
@@ -144,7 +146,9 @@ std::vector<double> numbers_of(const FieldRegistry::Entry& entry) {
       entry.storage);
 }
 
-std::vector<std::pair<std::string, double>> differences(const FieldRegistry& one, const FieldRegistry& other) {
+std::vector<std::pair<std::string, double>> differences(MPI_Comm comm, const FieldRegistry& one,
+                                                        const FieldRegistry& other) {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
   std::vector<std::pair<std::string, double>> result;
   for (const FieldRegistry::Entry& entry : one.entries()) {
     const FieldRegistry::Entry* counterpart = other.find(entry.declaration.name);
@@ -154,14 +158,16 @@ std::vector<std::pair<std::string, double>> differences(const FieldRegistry& one
     const std::vector<double> a = numbers_of(entry);
     const std::vector<double> b = numbers_of(*counterpart);
     double difference = a.size() == b.size() ? 0 : 1;
-    double largest = 0;
+    double largest = 1e-300;
     for (std::size_t k = 0; k < std::min(a.size(), b.size()); ++k) {
-      // Also if only one of the two is not a number.
       const double distance = a[k] == b[k] || (std::isnan(a[k]) && std::isnan(b[k])) ? 0 : std::abs(a[k] - b[k]);
-      difference = distance <= difference ? difference : distance;
-      largest = std::max({largest, std::abs(a[k]), std::abs(b[k])});
+      difference = std::max(difference, std::isnan(distance) ? infinity : distance);  // if one is not a number
+      for (const double value : {a[k], b[k]}) {
+        largest = std::isfinite(value) ? std::max(largest, std::abs(value)) : largest;
+      }
     }
-    result.emplace_back(entry.declaration.name, difference == 0 ? 0 : difference / std::max(largest, 1e-300));
+    difference = max_over_ranks(comm, difference);
+    result.emplace_back(entry.declaration.name, difference / max_over_ranks(comm, largest));
   }
   return result;
 }

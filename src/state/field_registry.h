@@ -121,10 +121,11 @@ class FieldRegistry {
 /// All numbers of a field, ghosts included, as doubles. Not collective.
 std::vector<double> numbers_of(const FieldRegistry::Entry& entry);
 
-/// For each field the largest difference of two numbers over the largest number in either registry; 1 for integers or
-/// flags if one differs; 0 for equal or no numbers.
-/// @throws std::logic_error if the registries have different fields. Not collective.
-std::vector<std::pair<std::string, double>> differences(const FieldRegistry& one, const FieldRegistry& other);
+/// For each field the largest difference of two numbers over the largest number in either registry, of all ranks; 0 for
+/// equal or no numbers. Collective.
+/// @throws std::logic_error if the registries have different fields
+std::vector<std::pair<std::string, double>> differences(MPI_Comm comm, const FieldRegistry& one,
+                                                        const FieldRegistry& other);
 
 // The fields of an object as tables of a file: GROUP/particles/NAME and GROUP/cells/NAME have a row an item, in the
 // order of the persistent ids, GROUP/once/NAME values once on the object, GROUP/sums/NAME a row a rank. Fields that

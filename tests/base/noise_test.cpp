@@ -45,20 +45,31 @@ TEST(NoiseField, IsUniformOverPlacesAndOverSeeds) {
 
 TEST(NoiseField, VariesOverItsLength) {
   constexpr int count = 4000;
-  const auto correlation = [](double distance) {
+  const auto correlation_with = [](const auto& step_of) {
     double sum = 0;
     for (std::uint64_t n = 0; n < count; ++n) {
       const Eigen::Vector3d at = place(n);
-      const Eigen::Vector3d away = (place(n + count)).normalized();
-      sum += 3 * noise(4, at) * noise(4, Eigen::Vector3d(at + distance * away));
+      sum += 3 * noise(4, at) * noise(4, Eigen::Vector3d(at + step_of(n)));
     }
     return sum / count;
+  };
+  const auto correlation = [&](double distance) {
+    return correlation_with(
+        [&](std::uint64_t n) -> Eigen::Vector3d { return distance * place(n + count).normalized(); });
   };
   constexpr double error = 0.05;  // three standard deviations
   EXPECT_NEAR(correlation(0), 1, error);
   EXPECT_NEAR(correlation(0.5), 2 / 3.0, error);
   EXPECT_NEAR(correlation(1), 0.2, error);
   EXPECT_NEAR(correlation(2), 0, error);
+  // It does not repeat itself along any axis, neither after 2^32, where numbers of 32 bits do, nor near its end.
+  for (const double far : {0x1p32, 0x1p49}) {
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      EXPECT_NEAR(correlation_with([&](std::uint64_t) -> Eigen::Vector3d { return far * Eigen::Vector3d::Unit(axis); }),
+                  0, error)
+          << far << " " << axis;
+    }
+  }
 }
 
 TEST(NoiseField, IsSmoothAlsoAcrossThePlanesOfItsLattice) {

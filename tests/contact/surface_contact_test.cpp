@@ -145,6 +145,32 @@ TEST_P(SurfaceContactTest, WhereAPartMovesFurtherThePairsAreThoseOfAFreshSearch)
   EXPECT_LT((gradient(contact, x) - gradient(fresh, x)).norm(), 1e-12 * gradient(fresh, x).norm());
 }
 
+TEST_P(SurfaceContactTest, SurfacesThatAreTooNearArePushedApartAndTheGhostsWithThem) {
+  SurfaceMesh mesh = rank_ == 0 ? triangulated(irregular_grid()) : SurfaceMesh();
+  for (Eigen::Vector3d& point : mesh.points) {
+    point.z() += 1;  // Where undeformed surfaces touch they do not press.
+  }
+  const Membrane upper = make_membrane(PETSC_COMM_WORLD, mesh, SheetOptions());
+  SurfaceContact contact({{&surface(), thickness, stiffness}, {&upper, thickness, stiffness}}, options_, false);
+  const JoinedLayout& joined = contact.joined();
+  Field x(joined.layout(), 3);
+  for (std::size_t part = 0; part < 2; ++part) {
+    const Surface& own = part == 0 ? surface() : upper;
+    Field place(own.particles, 3);
+    place.values() = own.rest;
+    place.values().row(2).array() += part == 0 ? 0 : 0.6 * thickness - 1;
+    joined.put(part, place, x);
+    contact.set_surface(std::vector<bool>(static_cast<std::size_t>(own.particles.local())), nullptr, part);
+  }
+  const Eigen::Matrix3Xd before = x.values();
+  contact.push_apart(x);
+  EXPECT_GT(sum((x.values() - before).norm()), 0.1 * thickness);
+  EXPECT_GE(contact.figures(x).smallest_gap, 0.9 * thickness);
+  const Eigen::Matrix3Xd pushed = x.values();
+  x.update_ghosts();
+  EXPECT_EQ((x.values() - pushed).norm(), 0);
+}
+
 TEST_P(SurfaceContactTest, ForcesAreMinusTheGradientAndInBalance) {
   options_.friction = 0.5;
   options_.slip_speed = 1;
