@@ -146,7 +146,6 @@ bool is_far(const Surface& surface, std::size_t element, const Field& positions,
 /// counts as if the active triangles of the quad had the same area.
 /// @param given integrals of weight times fraction of the corners @param area of the quad's triangles, 0 of dead ones
 Eigen::Vector4d divided(const Eigen::Vector4d& given, const Eigen::Vector4d& area) {
-  const double mean = (area[0] + area[1] + area[2] + area[3]) / static_cast<double>((area.array() > 0).count());
   Eigen::Vector4d result = Eigen::Vector4d::Zero();
   double sum_given = 0;
   double sum = 0;
@@ -154,7 +153,7 @@ Eigen::Vector4d divided(const Eigen::Vector4d& given, const Eigen::Vector4d& are
     const double before = area[(k + 3) % 4];
     if (given[k] > 0) {
       const int triangles = (before > 0 ? 1 : 0) + (area[k] > 0 ? 1 : 0);
-      result[k] = given[k] * triangles * mean / (before + area[k]);
+      result[k] = given[k] * triangles / (before + area[k]);
     }
     sum_given += given[k];
     sum += result[k];

@@ -28,8 +28,8 @@ constexpr double least_cosine = 0.1;
 
 /// An edge, and the third points of its triangles, of which there are two at most.
 struct Edge {
-  std::array<int, 2> ends{};
-  std::array<int, 2> thirds{-1, -1};
+  std::array<int, 2> ends;
+  std::array<int, 2> thirds;  ///< -1: it has one triangle
 };
 
 /// Moves of the particles: their sums, and how many.

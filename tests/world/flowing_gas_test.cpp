@@ -106,6 +106,11 @@ TEST(FlowingGas, AmountsAndEnergiesOfANetworkAreConserved) {
   const double amount = value("gas_amount");
   const double energy = value("gas_energy");
   for (int step = 1; step <= 40; ++step) {
+    if (step % 20 == 0) {  // A step that is taken back leaves nothing behind.
+      balloon.object.keep();
+      balloon.reach(5e-3 * step);
+      balloon.object.restore();
+    }
     balloon.reach(5e-3 * step);
     const double brought = value("through_pump") - value("through_vent") - value("gas_leak");
     EXPECT_NEAR(value("gas_amount"), amount + brought, 1e-13 * amount);
