@@ -22,10 +22,10 @@ namespace pellicle::ablation {
 /// and A the undeformed area of what is left of the cell; the active quarters of cells share their corners. In this sum
 /// what springs do to each other cancels.
 ///
-/// The stress of a projected sheet is exact for a load, whatever the step. With target lengths that contradict each
-/// other, such as those of a shrinking sheet between clamps, the stress of a sheet that cannot stretch would be
-/// infinite: what is found is the stress of the springs which an unfinished projection amounts to, in proportion to
-/// (edge/h)^2.
+/// The stress of an elastic sheet is that of its material. That of a projected one is exact for a load, whatever the
+/// step. With target lengths that contradict each other, such as those of a shrinking sheet between clamps, the stress
+/// of a sheet that cannot stretch would be infinite: what is found is the stress of the springs which an unfinished
+/// projection amounts to, in proportion to (edge/h)^2.
 class SpringStress {
  public:
   /// The sheet must outlive this object. Collective.

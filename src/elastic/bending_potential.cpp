@@ -56,7 +56,7 @@ BendingPotential::BendingPotential(const Sheet& sheet, const Eigen::Vector3d& wa
     }
   }
   std::vector<PetscInt> last_row(sheet.particles.local(), -1);
-  rows_.columns.reserve(7 * owned);  // of a regular net
+  rows_.columns.reserve(13 * owned);  // of a regular net
   rows_.offsets.reserve(owned + 1);
   for (std::size_t i = 0; i < owned; ++i) {
     const auto row = static_cast<PetscInt>(i);
@@ -132,15 +132,11 @@ void BendingPotential::begin_step(const ActiveSet& active, const Field& start, c
         continue;
       }
       const std::size_t i = stencils_.points()[p];
-      shrinkage[0] += input.shrinkage[i];
-      ++count[0];
+      const std::size_t layer = sheet_->is_lattice[i] ? 1 : 0;
+      shrinkage[layer] += input.shrinkage[i];
+      ++count[layer];
       factor += input.factor[i];
     }
-    stencils_.visit_lattice(stencil, [&](PetscInt i) {
-      shrinkage[1] += input.shrinkage[i];
-      ++count[1];
-      factor += input.factor[i];
-    });
     shrinkage[0] /= count[0];
     shrinkage[1] /= count[1];
     factor /= count[0] + count[1];

@@ -1,94 +1,55 @@
 #include "elastic/bending_stencils.h"
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/QR>
 #include <Eigen/SVD>
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 namespace pellicle::elastic {
 
 namespace {
 
-/// Curvatures count as not determined if all but this fraction of the heights that they give is a tilt. Measured in
-/// coordinates in which the points spread alike in all directions: any parallelogram of 3 x 3 points has 0.71 then,
-/// shaken ones 0.5 and more, edges of the sheet less than 0.17.
-constexpr double determined = 0.3;
+/// Singular values below this fraction of the largest count as zero, so that terms that the points do not determine are
+/// left out.
+constexpr double negligible = 1e-6;
 
-/// Curvature as (B11, sqrt(2) B12, B22), of which the norm is that of the tensor.
-using Columns = Eigen::Matrix<double, Eigen::Dynamic, 3>;
+/// Condition of the terms, each of unit length, up to which the points at an edge determine a surface. Square cells
+/// have 7, a corner of two cells between sides at a right angle 50.
+constexpr double worst_determined = 25;
 
-/// Heights of a surface with curvature, row by row for each point.
-Columns heights_of(const Eigen::Matrix2Xd& points) {
-  Columns result(points.cols(), 3);
-  for (Eigen::Index k = 0; k < points.cols(); ++k) {
-    const double x = points(0, k);
-    const double y = points(1, k);
-    result.row(k) << x * x / 2, x * y / std::sqrt(2.0), y * y / 2;
-  }
-  return result;
+using Terms = Eigen::Matrix<double, 5, Eigen::Dynamic>;
+
+/// Terms of a quadratic surface at a point of its undeformed tangent plane. @param is_clamped if this plane is fixed
+Eigen::Matrix<double, 5, 1> terms_at(const Eigen::Vector2d& point, bool is_clamped) {
+  const double tilt = is_clamped ? 0 : 1;
+  const double x = point.x();
+  const double y = point.y();
+  return {tilt * x, tilt * y, x * x / 2, x * y, y * y / 2};
 }
 
-/// The heights without their weighted fit by a tilt. @param weights roots of those of the squares
-Columns without_tilt(const Columns& heights, const Eigen::Matrix2Xd& points, const Eigen::VectorXd& weights) {
-  const Eigen::MatrixX2d tilt = weights.asDiagonal() * points.transpose();
-  Eigen::ColPivHouseholderQR<Eigen::MatrixX2d> factors(tilt);
-  return heights - tilt * factors.solve(heights);
+/// Whether the heights of at least five points determine the surface well.
+bool determine_surface(const Terms& terms) {
+  const Eigen::MatrixXd alike = terms.rowwise().normalized();
+  const Eigen::VectorXd values = Eigen::JacobiSVD<Eigen::MatrixXd>(alike).singularValues();
+  return values[0] <= worst_determined * values[4];
 }
 
-/// The tensor r^T B r for coordinates that were mapped by `map`.
-Eigen::Matrix3d transformed(const Eigen::Matrix2d& map) {
-  const double root = std::sqrt(2.0);
-  const auto column = [&](const Eigen::Matrix2d& tensor) -> Eigen::Vector3d {
-    const Eigen::Matrix2d in_new = map.transpose() * tensor * map;
-    return {in_new(0, 0), root * in_new(0, 1), in_new(1, 1)};
-  };
-  Eigen::Matrix2d e11 = Eigen::Matrix2d::Zero();
-  Eigen::Matrix2d e12 = e11;
-  Eigen::Matrix2d e22 = e11;
-  e11(0, 0) = e22(1, 1) = 1;
-  e12(0, 1) = e12(1, 0) = 1 / root;
-  Eigen::Matrix3d result;
-  result << column(e11), column(e12), column(e22);
-  return result;
-}
-
-/// Weights of the heights at some points, of which the sum with these is the curvature, by columns. @param is_clamped
-/// if the tangent plane is fixed
-Eigen::Matrix3Xd curvature_weights(const Eigen::Matrix2Xd& points, bool is_clamped) {
-  // Coordinates in which the points spread alike, r = S^(1/2) s.
-  const Eigen::Matrix2d spread = points * points.transpose() / static_cast<double>(points.cols());
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(spread);
-  const auto weights_of = [](const Eigen::Matrix2Xd& at) -> Eigen::VectorXd {
-    return at.colwise().squaredNorm().cwiseInverse().transpose();
-  };
-  const auto seen_in = [is_clamped](const Columns& heights, const Eigen::Matrix2Xd& at,
-                                    const Eigen::VectorXd& weights) -> Columns {
-    return is_clamped ? heights : without_tilt(heights, at, weights);
-  };
-  const Eigen::Matrix2Xd alike = axes.operatorInverseSqrt() * points;
-  const Columns all = weights_of(alike).asDiagonal() * heights_of(alike);
-  const double largest = Eigen::JacobiSVD<Eigen::MatrixXd>(all).singularValues()[0];
-  const Eigen::JacobiSVD<Eigen::MatrixXd> values(seen_in(all, alike, weights_of(alike)), Eigen::ComputeFullV);
-  // B in r is S^(-1/2) B' S^(-1/2) of B' in s. What is not determined stays 0.
-  const Eigen::Matrix3d to_real = transformed(axes.operatorInverseSqrt());
-  Eigen::Index rank = 0;
-  while (rank < values.singularValues().size() && values.singularValues()[rank] > determined * largest) {
-    ++rank;
+/// Pseudo-inverse of the transposed terms.
+Terms pseudo_inverse(const Terms& terms) {
+  using Matrix5 = Eigen::Matrix<double, 5, 5>;
+  constexpr double well_conditioned = 1e-3;  // of the products, in which little is lost then
+  const Matrix5 products = terms.lazyProduct(terms.transpose());
+  const Eigen::LDLT<Matrix5> factors(products);
+  if (factors.vectorD().minCoeff() > well_conditioned * factors.vectorD().maxCoeff()) {
+    const Matrix5 inverse = factors.solve(Matrix5::Identity());
+    return inverse.lazyProduct(terms);
   }
-  Eigen::Matrix3d basis = Eigen::Matrix3d::Identity();
-  if (rank < 3) {
-    const Eigen::MatrixXd unknown = to_real * values.matrixV().rightCols(3 - rank);
-    basis = Eigen::HouseholderQR<Eigen::MatrixXd>(unknown).householderQ();
-  }
-  const Eigen::MatrixXd known = basis.rightCols(rank);
-  const Eigen::VectorXd weights = weights_of(points);
-  const Columns heights = weights.asDiagonal() * heights_of(points);
-  const Eigen::MatrixXd products = seen_in(heights, points, weights) * known;
-  const Eigen::MatrixXd inverse = products.completeOrthogonalDecomposition().pseudoInverse();
-  return known * inverse * weights.asDiagonal();
+  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition;
+  decomposition.setThreshold(negligible);
+  decomposition.compute(terms.transpose());
+  return decomposition.pseudoInverse();
 }
 
 }  // namespace
@@ -96,124 +57,178 @@ Eigen::Matrix3Xd curvature_weights(const Eigen::Matrix2Xd& points, bool is_clamp
 BendingStencils::BendingStencils(const Sheet& sheet, const Eigen::Vector3d& warp, const std::vector<bool>& clamped)
     : sheet_(&sheet), warp_(warp_of(sheet, warp)), cell_area_(cell_areas(sheet)) {
   const std::size_t particles = sheet.particles.local();
-  // A corner of n cells has at most 2 n + 2 points.
-  stencils_.reserve(particles);
-  points_.reserve(8 * sheet.cells.size() + 2 * particles);
-  support_.reserve(points_.capacity());
-  cells_.reserve(4 * sheet.cells.size());
-  const Incidence cells_at(sheet.cells, sheet.particles.local());
-  for (std::size_t i = 0; i < particles; ++i) {
-    if (const auto corner = static_cast<PetscInt>(i); !sheet.is_lattice[i] && cells_at[corner].size() > 0) {
-      add_corner(corner, cells_at[corner], clamped[i]);
+  std::vector<bool> is_near(particles, false);  // itself or a neighbour is this rank's
+  std::fill_n(is_near.begin(), sheet.particles.owned, true);
+  for (const Colour colour : {Colour::red, Colour::green, Colour::blue}) {
+    for (const auto& [a, b] : sheet.of(colour).ends) {
+      if (a < sheet.particles.owned || b < sheet.particles.owned) {
+        is_near[a] = true;
+        is_near[b] = true;
+      }
     }
   }
-  counts_.assign(cells_.size(), true);
+  // A cell has at most 9 points and 4 triangles, a corner of n cells at most 2 n + 2 points and 2 n triangles.
+  stencils_.reserve(particles);
+  points_.reserve(17 * sheet.cells.size() + 2 * particles);
+  support_.reserve(points_.capacity());
+  triangles_.reserve(12 * sheet.cells.size());
+  const std::vector<PetscInt> beyond = sides_beyond(sheet);
+  for (std::size_t cell = 0; cell < sheet.cells.size(); ++cell) {
+    if (is_near[sheet.lattice[cell]]) {
+      add_lattice(static_cast<PetscInt>(cell), beyond);
+    }
+  }
+  const Incidence cells_at(sheet.cells, sheet.particles.local());
+  for (std::size_t i = 0; i < particles; ++i) {
+    if (!sheet.is_lattice[i]) {
+      // Whether the corners of a near lattice point have a stencil must be known, too.
+      add_corner(static_cast<PetscInt>(i), cells_at[static_cast<PetscInt>(i)], clamped[i]);
+    }
+  }
+  counts_.assign(triangles_.size(), true);
   takes_part_.assign(points_.size(), false);
   weights_.assign(points_.size(), Curvature3::Zero());
   update(ActiveSet(sheet));
 }
 
-void BendingStencils::add_corner(PetscInt corner, Incidence::Range cells, bool is_clamped) {
-  std::vector<std::pair<PetscInt, Support>> neighbours;
-  neighbours.reserve(3 * static_cast<std::size_t>(cells.size()));
+void BendingStencils::begin_stencil(PetscInt centre) {
   Stencil& stencil = stencils_.emplace_back();
-  stencil.centre = corner;
+  stencil.centre = centre;
   stencil.first = points_.size();
-  stencil.first_cell = cells_.size();
-  bool is_inside = cells.size() > 2;
-  for (const PetscInt cell : cells) {
+  stencil.first_triangle = triangles_.size();
+  add_point(centre, {-1, -1});
+}
+
+void BendingStencils::add_point(PetscInt particle, Support support) {
+  points_.push_back(particle);
+  support_.push_back(support);
+  stencils_.back().last = points_.size();
+}
+
+void BendingStencils::add_triangle(PetscInt triangle) {
+  triangles_.push_back(triangle);
+  stencils_.back().last_triangle = triangles_.size();
+}
+
+void BendingStencils::add_lattice(PetscInt cell, const std::vector<PetscInt>& beyond) {
+  begin_stencil(sheet_->lattice[cell]);
+  for (PetscInt k = 0; k < 4; ++k) {
+    add_point(sheet_->cells[cell][k], {-1, -1});
+    const PetscInt side = 4 * cell + k;
+    if (const PetscInt other = beyond[side]; other >= 0) {
+      add_point(sheet_->lattice[other / 4], {side, other});
+    }
+    add_triangle(side);
+  }
+}
+
+void BendingStencils::add_corner(PetscInt corner, Incidence::Range cells, bool is_clamped) {
+  const auto side_of = [&](PetscInt cell) {  // from the corner to the next
     const auto& corners = sheet_->cells[cell];
-    const auto k = static_cast<PetscInt>(std::find(corners.begin(), corners.end(), corner) - corners.begin());
-    const std::size_t n = cells_.size() - stencil.first_cell;
-    cells_.push_back({cell, k});
-    for (const PetscInt next : {1, 2, 3}) {
-      const PetscInt neighbour = corners[(k + next) % 4];
-      const auto known = std::find_if(neighbours.begin(), neighbours.end(), [&](const auto& beside) {
-        return beside.first == neighbour && !beside.second.is_opposite;
-      });
-      if (next == 2 || known == neighbours.end()) {
-        neighbours.push_back({neighbour, {{n, n}, next == 2}});
+    return static_cast<std::size_t>(std::find(corners.begin(), corners.end(), corner) - corners.begin());
+  };
+  std::vector<std::pair<PetscInt, Support>> neighbours;
+  neighbours.reserve(2 * static_cast<std::size_t>(cells.size()));
+  for (PetscInt n = 0; n < cells.size(); ++n) {
+    const auto& corners = sheet_->cells[cells[n]];
+    const std::size_t k = side_of(cells[n]);
+    for (const PetscInt neighbour : {corners[(k + 1) % 4], corners[(k + 3) % 4]}) {
+      const PetscInt lattice = 1 + n;
+      const auto known = std::find_if(neighbours.begin(), neighbours.end(),
+                                      [&](const auto& beside) { return beside.first == neighbour; });
+      if (known == neighbours.end()) {
+        neighbours.push_back({neighbour, {lattice, lattice}});
       } else {
-        known->second.cells[1] = n;
+        known->second[1] = lattice;
       }
     }
   }
-  for (const auto& [neighbour, support] : neighbours) {
-    is_inside = is_inside && (support.is_opposite || support.cells[0] != support.cells[1]);
+  std::sort(neighbours.begin(), neighbours.end());
+  const bool is_inside = cells.size() > 2 && std::all_of(neighbours.begin(), neighbours.end(), [](const auto& beside) {
+                           return beside.second[0] != beside.second[1];
+                         });
+  if (cells.size() < 2 && !is_clamped) {
+    return;
   }
-  stencil.last_cell = cells_.size();
-  stencil.is_clamped = is_clamped && !is_inside;
-  std::sort(neighbours.begin(), neighbours.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-  points_.push_back(corner);
-  support_.emplace_back();
-  for (const auto& [neighbour, support] : neighbours) {
-    points_.push_back(neighbour);
-    support_.push_back(support);
+  begin_stencil(corner);
+  stencils_.back().is_clamped = is_clamped && !is_inside;
+  for (const PetscInt cell : cells) {
+    const auto k = static_cast<PetscInt>(side_of(cell));
+    const PetscInt first = 4 * cell + k;
+    const PetscInt last = 4 * cell + (k + 3) % 4;
+    add_point(sheet_->lattice[cell], {first, last});
+    add_triangle(first);
+    add_triangle(last);
   }
-  stencil.last = points_.size();
+  for (const auto& [neighbour, support] : neighbours) {
+    add_point(neighbour, support);
+  }
 }
 
-/// @returns whether the stencil is used @param takes_part set for its points @param counts set for its cells
-bool BendingStencils::find_part(const Stencil& stencil, const ActiveSet& active, std::vector<bool>& takes_part,
-                                std::vector<bool>& counts) const {
-  counts.assign(stencil.last_cell - stencil.first_cell, true);
-  std::size_t count = 0;
-  for (std::size_t c = 0; c < counts.size(); ++c) {
-    const CellAt& cell = cells_[stencil.first_cell + c];
-    counts[c] = active.triangles[cell.triangle(0)] && active.triangles[cell.triangle(3)];
-    count += counts[c];
-  }
+bool BendingStencils::find_part(const Stencil& stencil, const ActiveSet& active, std::vector<bool>& takes_part) const {
+  const auto lives = [&active](PetscInt triangle) { return triangle < 0 || active.triangles[triangle]; };
+  const auto first = triangles_.begin() + static_cast<std::ptrdiff_t>(stencil.first_triangle);
+  const auto last = triangles_.begin() + static_cast<std::ptrdiff_t>(stencil.last_triangle);
   takes_part.assign(stencil.last - stencil.first, true);
-  std::size_t neighbours = 0;
-  for (std::size_t p = 1; p < takes_part.size(); ++p) {
-    const auto& [cells, is_opposite] = support_[stencil.first + p];
-    takes_part[p] = counts[cells[0]] || counts[cells[1]];
-    if (is_opposite) {
-      const CellAt& cell = cells_[stencil.first_cell + cells[0]];
-      takes_part[p] = takes_part[p] && (active.triangles[cell.triangle(1)] || active.triangles[cell.triangle(2)]);
-    } else {
-      neighbours += takes_part[p];
-    }
-  }
-  const bool is_whole = count == counts.size();
+  const bool is_whole = std::all_of(first, last, lives);
   if (stencil.is_clamped) {
     return is_whole;
   }
-  return is_whole && neighbours == count ? count > 2 : count > 0 && neighbours == count + 1;
+  if (sheet_->is_lattice[stencil.centre]) {
+    for (std::size_t k = 0; k < takes_part.size(); ++k) {
+      const auto [side, opposite] = support_[stencil.first + k];
+      takes_part[k] = lives(side) && lives(opposite) && (side < 0 || !active.cracked[side]);
+    }
+    return is_whole;
+  }
+  // Triangles of active cells: all round the corner, or one fan.
+  const std::size_t cells = (stencil.last_triangle - stencil.first_triangle) / 2;
+  std::size_t count = 0;
+  std::size_t neighbours = 0;
+  for (std::size_t k = 1; k < takes_part.size(); ++k) {
+    const auto [one, other] = support_[stencil.first + k];
+    if (k <= cells) {
+      takes_part[k] = lives(one) && lives(other);
+      count += takes_part[k];
+    } else {
+      takes_part[k] = takes_part[one] || takes_part[other];
+      neighbours += takes_part[k];
+    }
+  }
+  const bool is_all_round = count == cells && neighbours == count;
+  return is_all_round ? count > 2 : count > 1 && neighbours == count + 1;
 }
 
 void BendingStencils::update(const ActiveSet& active) {
-  if (active.triangles == active_before_) {
+  if (active.triangles == active_before_ && active.cracked == cracked_before_) {
     return;
   }
   active_before_ = active.triangles;
-  std::vector<bool> is_used(sheet_->particles.local(), false);  // the stencil of each corner
+  cracked_before_ = active.cracked;
+  std::vector<bool> is_used(sheet_->particles.local(), false);  // the stencil of each particle
   std::vector<bool> takes_part;
-  std::vector<bool> counts;
   for (Stencil& stencil : stencils_) {
-    if (!find_part(stencil, active, takes_part, counts)) {
+    if (!find_part(stencil, active, takes_part)) {
       continue;
     }
     const auto before = takes_part_.begin() + static_cast<std::ptrdiff_t>(stencil.first);
     if (!std::equal(takes_part.begin(), takes_part.end(), before)) {
       std::copy(takes_part.begin(), takes_part.end(), before);
-      std::copy(counts.begin(), counts.end(), counts_.begin() + static_cast<std::ptrdiff_t>(stencil.first_cell));
       fit(stencil);
       ++fits_;
     }
-    is_used[stencil.centre] = true;
+    is_used[stencil.centre] = stencil.is_determined;
   }
-  // A cell's area goes in equal parts to those of its corners whose stencil it takes part in.
+  // A cell's area goes to its lattice point, an eighth of it to each corner whose stencil it takes part in.
   std::vector<double> area(is_used.size(), 0);
   for (std::size_t cell = 0; cell < sheet_->cells.size(); ++cell) {
-    std::array<bool, 4> takes{};
+    const double eighth = cell_area_[cell] / 8;
+    area[sheet_->lattice[cell]] += 4 * eighth;
     for (std::size_t k = 0; k < 4; ++k) {
-      takes[k] =
-          is_used[sheet_->cells[cell][k]] && active.triangles[4 * cell + k] && active.triangles[4 * cell + (k + 3) % 4];
-    }
-    const auto count = static_cast<double>(std::count(takes.begin(), takes.end(), true));
-    for (std::size_t k = 0; k < 4; ++k) {
-      area[sheet_->cells[cell][k]] += takes[k] ? cell_area_[cell] / count : 0;
+      const PetscInt corner = sheet_->cells[cell][k];
+      const bool takes_part =
+          is_used[corner] && active.triangles[4 * cell + k] && active.triangles[4 * cell + (k + 3) % 4];
+      area[takes_part ? corner : sheet_->lattice[cell]] += eighth;
     }
   }
   for (Stencil& stencil : stencils_) {
@@ -222,6 +237,12 @@ void BendingStencils::update(const ActiveSet& active) {
 }
 
 void BendingStencils::fit(Stencil& stencil) {
+  const bool is_lattice = sheet_->is_lattice[stencil.centre];
+  if (!is_lattice) {  // two triangles a cell
+    for (std::size_t t = stencil.first_triangle; t < stencil.last_triangle; ++t) {
+      counts_[t] = takes_part(stencil.first + 1 + (t - stencil.first_triangle) / 2);
+    }
+  }
   std::fill_n(weights_.begin() + static_cast<std::ptrdiff_t>(stencil.first), stencil.last - stencil.first,
               Curvature3::Zero());
   stencil.rest.setZero();
@@ -230,26 +251,32 @@ void BendingStencils::fit(Stencil& stencil) {
   const Eigen::Vector3d along = warp_.col(stencil.centre);
   const Eigen::Vector3d warp = (along - normal.dot(along) * normal).normalized();
   const Eigen::Vector3d weft = normal.cross(warp);
+  const auto arm = [&](std::size_t point) -> Eigen::Vector3d { return sheet_->rest.col(points_[point]) - centre; };
+  const auto in_plane = [&](std::size_t point) { return Eigen::Vector2d(warp.dot(arm(point)), weft.dot(arm(point))); };
   std::vector<std::size_t> used;  // the points that take part, but for the centre
+  double squares = 0;
   for (std::size_t point = stencil.first + 1; point < stencil.last; ++point) {
     if (takes_part(point)) {
       used.push_back(point);
+      squares += in_plane(point).squaredNorm();
     }
   }
-  Eigen::Matrix3Xd arms(3, used.size());
-  for (std::size_t k = 0; k < used.size(); ++k) {
-    arms.col(static_cast<Eigen::Index>(k)) = sheet_->rest.col(points_[used[k]]) - centre;
+  const double length = std::sqrt(squares / static_cast<double>(1 + used.size()));
+  if (length == 0) {
+    return;
   }
-  Eigen::Matrix2Xd in_plane(2, used.size());
-  in_plane << warp.transpose() * arms, weft.transpose() * arms;
-  const double length = std::sqrt(in_plane.squaredNorm() / static_cast<double>(used.size()));
-  const Eigen::Matrix3Xd weights = curvature_weights(in_plane / length, stencil.is_clamped) / (length * length);
+  Terms terms(5, used.size());
   for (std::size_t k = 0; k < used.size(); ++k) {
-    Curvature3 weight = weights.col(static_cast<Eigen::Index>(k));
-    weight[1] /= std::sqrt(2.0);
+    terms.col(k) = terms_at(in_plane(used[k]) / length, stencil.is_clamped);
+  }
+  const bool is_fan = !is_lattice && !stencil.is_clamped && used.size() % 2 == 1;  // one neighbour more than cells
+  stencil.is_determined = !is_fan || determine_surface(terms);
+  const Terms inverse = pseudo_inverse(terms);
+  for (std::size_t k = 0; k < used.size(); ++k) {
+    const Curvature3 weight = inverse.col(k).tail<3>() / (length * length);
     weights_[used[k]] = weight;
     weights_[stencil.first] -= weight;
-    stencil.rest += weight * normal.dot(arms.col(static_cast<Eigen::Index>(k)));
+    stencil.rest += weight * normal.dot(arm(used[k]));
   }
 }
 

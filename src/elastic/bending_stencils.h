@@ -5,25 +5,23 @@
 #include <vector>
 
 #include "base/incidence.h"
-#include "elastic/sheet_geometry.h"
+#include "elastic/sheet_springs.h"
 #include "surface/active_set.h"
 #include "surface/membrane.h"
 #include "surface/sheet.h"
 
 namespace pellicle::elastic {
 
-/// Curvature of a sheet at its corners, from a quadratic surface through each corner and the other corners of the cells
-/// round it.
+/// Curvature of a sheet at its particles, from a quadratic surface through each particle and its neighbours along red,
+/// green and blue springs.
 ///
-/// In coordinates r of the undeformed tangent plane (warp, weft) the heights of the neighbours above the corner are
-/// fitted by g.r + r.B r / 2 with least squares, weighted by |r|^-4. B is linear in the heights, B_k = sum_i w_ki
-/// n.(x_i
-/// - x_0), so that a tilt changes nothing and a quadratic surface is fitted exactly, on any mesh. At an edge of the
-/// sheet the points lie on one side and do not tell a curvature across the edge from a tilt: such parts of B are left
-/// out, as no moment acts there, and the others are found as everywhere. So is twist at a single cell. At a clamped
-/// edge the tangent plane is fixed, and only B is fitted.
-///
-/// A stencil has the cells whose two triangles at the corner live, if these are all of the cells round it or a fan.
+/// In coordinates r of the undeformed tangent plane (warp, weft) the heights of the neighbours above the particle are
+/// fitted by g.r + r.B r / 2 with least squares. B is linear in the heights, B_k = sum_i w_ki n.(x_i - x_0), so that a
+/// tilt changes nothing and a quadratic surface is fitted exactly, on any mesh. Lattice points have such a stencil as
+/// long as the four triangles of their cell live. A corner's stencil has the cells round it whose two triangles at the
+/// corner live, if these are all or a fan of at least two that determines the surface: without stencils at edges and
+/// cracks a strip of a cell's width could fold without energy. At a clamped edge the tangent plane is fixed, and only B
+/// is fitted.
 ///
 /// The object holds the stencils of this rank's particles, and other stencils that contain these.
 class BendingStencils {
@@ -35,9 +33,10 @@ class BendingStencils {
     PetscInt centre = 0;    ///< local particle
     std::size_t first = 0;  ///< first point, the centre
     std::size_t last = 0;   ///< one past the last point
-    std::size_t first_cell = 0;
-    std::size_t last_cell = 0;
+    std::size_t first_triangle = 0;
+    std::size_t last_triangle = 0;
     bool is_clamped = false;               ///< whether the normal stays that of the undeformed sheet
+    bool is_determined = true;             ///< whether the points determine the surface
     double area = 0;                       ///< fraction of the sheet's area; 0: the stencil is not used [m^2]
     Curvature3 rest = Curvature3::Zero();  ///< B of the undeformed sheet [1/m]
   };
@@ -46,7 +45,7 @@ class BendingStencils {
   /// @param clamped local particles at which an edge keeps its tangent plane
   BendingStencils(const Sheet& sheet, const Eigen::Vector3d& warp, const std::vector<bool>& clamped);
 
-  /// Adapts the stencils to burnt triangles. Not collective.
+  /// Adapts the stencils to burnt triangles and cracks. Not collective.
   void update(const ActiveSet& active);
 
   const std::vector<Stencil>& stencils() const { return stencils_; }
@@ -58,24 +57,12 @@ class BendingStencils {
   bool takes_part(std::size_t point) const { return takes_part_[point]; }
   /// Number of fits so far; weights do not change while this number does not.
   std::size_t fits() const { return fits_; }
-  /// Calls `take` with the lattice points of the cells of a stencil.
-  template <class Take>
-  void visit_lattice(const Stencil& stencil, const Take& take) const {
-    for (std::size_t c = stencil.first_cell; c < stencil.last_cell; ++c) {
-      if (counts_[c]) {
-        take(sheet_->lattice[cells_[c].number]);
-      }
-    }
-  }
-  /// Calls `take` for each cell of a stencil with the triangle of the centre and the corners after and before it, which
-  /// give the normal.
+  /// Calls `take` with the corners of each of the surface triangles round a centre that give its normal.
   template <class Take>
   void visit_triangles(const Stencil& stencil, const Take& take) const {
-    for (std::size_t c = stencil.first_cell; c < stencil.last_cell; ++c) {
-      if (counts_[c]) {
-        const std::array<PetscInt, 4>& corners = sheet_->cells[cells_[c].number];
-        const PetscInt k = cells_[c].corner;
-        take(std::array<PetscInt, 3>{stencil.centre, corners[(k + 1) % 4], corners[(k + 3) % 4]});
+    for (std::size_t t = stencil.first_triangle; t < stencil.last_triangle; ++t) {
+      if (counts_[t]) {
+        take(sheet_->triangles[triangles_[t]]);
       }
     }
   }
@@ -92,23 +79,17 @@ class BendingStencils {
   }
 
  private:
-  /// A cell at a stencil's centre.
-  struct CellAt {
-    PetscInt number = 0;
-    PetscInt corner = 0;  ///< number of the centre among its corners
-    /// The local number of the triangle at the k-th of its sides, counted from the centre.
-    PetscInt triangle(PetscInt k) const { return 4 * number + (corner + k) % 4; }
-  };
-  /// The cells of a point of a stencil, by their numbers in the stencil: one of them must take part. A corner that lies
-  /// opposite of the centre needs one of its two triangles, too.
-  struct Support {
-    std::array<std::size_t, 2> cells{};
-    bool is_opposite = false;
-  };
+  /// Condition for a point of a stencil to take part. For a lattice point beside a cell or a corner: two triangles,
+  /// both of which must live, or -1; beside a cell the side between them must not have cracked. For a neighbour of a
+  /// corner: the numbers in the stencil of the one or two lattice points beside it, one of which must take part.
+  using Support = std::array<PetscInt, 2>;
 
+  void add_lattice(PetscInt cell, const std::vector<PetscInt>& beyond);
   void add_corner(PetscInt corner, Incidence::Range cells, bool is_clamped);
-  bool find_part(const Stencil& stencil, const ActiveSet& active, std::vector<bool>& takes_part,
-                 std::vector<bool>& counts) const;
+  void begin_stencil(PetscInt centre);
+  void add_point(PetscInt particle, Support support);
+  void add_triangle(PetscInt triangle);
+  bool find_part(const Stencil& stencil, const ActiveSet& active, std::vector<bool>& takes_part) const;
   void fit(Stencil& stencil);
 
   const Sheet* sheet_;
@@ -117,11 +98,12 @@ class BendingStencils {
   std::vector<Stencil> stencils_;
   std::vector<PetscInt> points_;
   std::vector<Curvature3> weights_;
-  std::vector<Support> support_;  ///< of the points; unused for centres
-  std::vector<CellAt> cells_;     ///< round the centres
-  std::vector<bool> counts_;      ///< whether each of these cells took part in the last fit
-  std::vector<bool> takes_part_;  ///< whether each point took part in the last fit
+  std::vector<Support> support_;
+  std::vector<PetscInt> triangles_;  ///< numbers of the surface triangles round the centres
+  std::vector<bool> counts_;         ///< whether each of these triangles took part in the last fit
+  std::vector<bool> takes_part_;     ///< whether each point took part in the last fit
   std::vector<bool> active_before_;
+  std::vector<bool> cracked_before_;
   std::size_t fits_ = 0;
 };
 

@@ -11,11 +11,10 @@ void describe(OptionTable& table, SheetMaterial& options) {
             "force per width that stretches a strip along the warp by its own length, E h of a plate; 1000 unless "
             "given or implied by sheet.young_modulus",
             readings);
-  table.add(
-      "sheet.shear_stiffness", options.shear_stiffness, Rules("N/m").more_than(0),
-      "shear force per width and angle; that of an isotropic sheet, the tensile stiffness over 2 (1 + nu), unless "
-      "given",
-      readings);
+  table.add("sheet.shear_stiffness", options.shear_stiffness, Rules("N/m").more_than(0),
+            "shear force per width and angle, E h / (2 (1 + nu)) of a plate; 3/8 of the tensile stiffness, an "
+            "isotropic sheet, unless given or implied by sheet.young_modulus",
+            readings);
   table.add("sheet.bending_stiffness", options.bending_stiffness, Rules("N m").at_least(0),
             "moment per width and curvature D, E h^3 / (12 (1 - nu^2)) of a plate; 1e-3 unless given or implied by "
             "sheet.young_modulus",
@@ -29,8 +28,9 @@ void describe(OptionTable& table, SheetMaterial& options) {
       "direction of the warp, laid on the undeformed surface; where it stands upright on it the next axis is taken");
   table.add("sheet.young_modulus", options.young_modulus, Rules("Pa").more_than(0),
             "E, from which with sheet.physical_thickness all stiffnesses follow that are not given");
-  table.add("sheet.poisson_ratio", options.poisson_ratio, Rules().range(0, 0.5),
-            "nu; where warp and weft differ the geometric mean of the contractions across both");
+  table.add("sheet.poisson_ratio", options.poisson_ratio,
+            Rules().range(0, 0.5).acts_with(is_given("sheet.young_modulus", options.young_modulus)),
+            "nu; the springs' own in the plane is shear stiffness over C11, 1/3 when isotropic");
   table.add("sheet.physical_thickness", options.physical_thickness, Rules("m").more_than(0),
             "h of the material, with sheet.young_modulus");
   const Condition textured{"a texture of a stiffness", [&options] {
@@ -62,19 +62,21 @@ Stiffness stiffness_of(const SheetMaterial& options) {
   }
   double tensile = 1000;  // [N/m]
   double bending = 1e-3;  // [N m]
-  const double nu = options.poisson_ratio;
+  std::optional<double> shear;
   if (options.young_modulus) {
     const double thickness = *options.physical_thickness;
+    const double nu = options.poisson_ratio;
     tensile = *options.young_modulus * thickness;
+    shear = tensile / (2 * (1 + nu));
     bending = tensile * thickness * thickness / (12 * (1 - nu * nu));
   }
   Stiffness stiffness;
   stiffness.tensile[0] = options.tensile_stiffness.value_or(tensile);
   stiffness.tensile[1] = options.weft_tensile_stiffness.value_or(stiffness.tensile[0]);
-  stiffness.shear = options.shear_stiffness.value_or(stiffness.tensile[0] / (2 * (1 + nu)));
+  constexpr double isotropic = 3.0 / 8;
+  stiffness.shear = options.shear_stiffness.value_or(shear.value_or(isotropic * stiffness.tensile[0]));
   stiffness.bending[0] = options.bending_stiffness.value_or(bending);
   stiffness.bending[1] = options.weft_bending_stiffness.value_or(stiffness.bending[0]);
-  stiffness.poisson_ratio = nu;
   return stiffness;
 }
 

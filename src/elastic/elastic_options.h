@@ -36,7 +36,6 @@ struct Stiffness {
   std::array<double, 2> tensile{};  ///< [N/m]
   double shear = 0;                 ///< [N/m]
   std::array<double, 2> bending{};  ///< [N m]
-  double poisson_ratio = 0;         ///< in the plane: the geometric mean of those of both directions
 };
 
 /// All stiffnesses that the options give or imply.

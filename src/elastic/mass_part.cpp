@@ -54,7 +54,6 @@ MassPart::MassPart(const Surface& surface, const std::vector<bool>& pinned, doub
   potentials_.insert(potentials_.end(), others.begin(), others.end());
   for (std::size_t i = 0; i < pinned.size(); ++i) {
     if (pinned[i]) {
-      pinned_.push_back(static_cast<PetscInt>(i));
       projectors_.bind(i, Eigen::Matrix3d::Zero());
     }
   }
@@ -72,10 +71,7 @@ double MassPart::rounding_of(double stiffness) const {
 
 void MassPart::set_masses(const Field& positions, const MassInput& input) {
   // A removed particle has neither mass nor springs: any stiffness keeps it where it is or where its quad carries it.
-  const auto mass = [&](std::size_t i) {
-    const bool has_left = input.mass[i] == 0;
-    return !projectors_.is_free(i) ? 0 : has_left ? surface_.initial_mass[i] : input.mass[i];
-  };
+  const auto mass = [&](std::size_t i) { return input.mass[i] > 0 ? input.mass[i] : surface_.initial_mass[i]; };
   inertia_.set(positions, mass, input.inertia_h);
   h_ = input.inertia_h;
 }
@@ -92,7 +88,7 @@ void MassPart::begin(const Field& positions, const MassInput& input) {
 
 bool MassPart::leaves_held_behind() {
   bool leaves = false;
-  for (const PetscInt i : pinned_) {
+  for (const PetscInt i : projectors_.bound()) {
     leaves = leaves || (i < surface_.particles.owned && position_.vector(i) != inertia_.free().col(i));
   }
   return on_any_rank(surface_.comm(), leaves);

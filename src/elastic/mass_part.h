@@ -73,7 +73,6 @@ class MassPart : public PartOfPotentials {
   const Projectors& projectors() const override { return projectors_; }
   const Field& start() const override { return *start_; }
   bool leaves_held_behind() override;
-  bool is_held() const override { return !pinned_.empty(); }
   bool blends() const override { return true; }
   bool suits_patches() const override { return false; }
   /// Rounding of inertia, which is large in short steps.
@@ -87,8 +86,7 @@ class MassPart : public PartOfPotentials {
 
   const Surface& surface_;
   Inertia inertia_;
-  Projectors projectors_;         ///< of the local particles: 0 where one is pinned, or follows others
-  std::vector<PetscInt> pinned_;  ///< local particles
+  Projectors projectors_;         ///< of the local particles: 0 where one is pinned
   double mean_mass_ = 0;          ///< [kg]
   double h_;                      ///< of the step [s]
   const Field* start_ = nullptr;  ///< positions at the beginning of the step in progress

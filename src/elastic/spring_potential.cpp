@@ -71,8 +71,7 @@ void SpringPotential::set_limit(const std::optional<StrainLimit>& limit,
                                 const std::array<std::vector<bool>, 4>& lives) {
   limit_ = limit;
   for (Spring& spring : springs_) {
-    const bool is_limited = limit && is_of_weave(spring.colour) && sheet_->acts(spring.colour) && of(spring, lives);
-    spring.target = is_limited ? of(spring, target_length) : 0;
+    spring.target = limit && is_of_weave(spring.colour) && of(spring, lives) ? of(spring, target_length) : 0;
   }
 }
 

@@ -42,24 +42,4 @@ void HessianTerms::add_blocks(const NumberRows& rows, PetscInt row, std::size_t 
   }
 }
 
-void HessianTerms::add_cells(const std::vector<CellTerms>& cells) {
-  for (const CellTerms& terms : cells) {
-    for (std::size_t lane = 0; lane < CellTerms::lanes; ++lane) {
-      add_blocks(terms, lane);
-    }
-  }
-}
-
-void HessianTerms::add_blocks(const CellTerms& cells, std::size_t lane) {
-  const bool wants_all = wants_off_diagonal();
-  CellBlocks blocks;
-  set_blocks(blocks, cells, lane, wants_all);
-  for (std::size_t i = 0; i < CellTerms::points; ++i) {
-    const PetscInt row = cells.vertex[i][lane];
-    for (std::size_t j = wants_all ? 0 : i; row < owned_ && j < (wants_all ? CellTerms::points : i + 1); ++j) {
-      add_block(row, cells.vertex[j][lane], i <= j ? blocks[i][j] : Eigen::Matrix3d(blocks[j][i].transpose()));
-    }
-  }
-}
-
 }  // namespace pellicle::energies

@@ -5,7 +5,6 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "energies/cell_terms.h"
 #include "parallel/field.h"
 
 namespace pellicle::energies {
@@ -61,13 +60,10 @@ class HessianTerms {
   virtual void add_differences(const std::vector<DifferenceTerm>& terms);
   /// Adds rows of numbers; block by block unless overridden.
   virtual void add_numbers(const NumberRows& rows);
-  /// Adds terms of cells; block by block unless overridden.
-  virtual void add_cells(const std::vector<CellTerms>& cells);
 
  protected:
   /// Adds the blocks of a term.
   void add_blocks(const DifferenceTerm& term);
-  void add_blocks(const CellTerms& cells, std::size_t lane);
   /// Adds the two blocks of an owned vertex and the vertex of an entry of its row.
   void add_blocks(const NumberRows& rows, PetscInt row, std::size_t entry);
 

@@ -311,14 +311,6 @@ class RigidPatches::Sum : public HessianTerms {
     }
   }
 
-  void add_cells(const std::vector<CellTerms>& cells) override {
-    for (const CellTerms& terms : cells) {
-      for (std::size_t lane = 0; lane < CellTerms::lanes; ++lane) {
-        add_cell(terms, lane);
-      }
-    }
-  }
-
   void add_numbers(const NumberRows& rows) override {
     const bool has_normals = rows.along != 0;
     for (PetscInt i = 0; i < owned_; ++i) {
@@ -394,64 +386,6 @@ class RigidPatches::Sum : public HessianTerms {
     Movement result;
     result << force, arm.cross(force);
     return result;
-  }
-
-  void add_cell(const CellTerms& cells, std::size_t lane) {
-    constexpr std::size_t points = CellTerms::points;
-    constexpr std::size_t edges = CellTerms::edges;
-    std::array<PetscInt, points> own{};
-    std::array<PetscInt, points> patches{};  // in rising order, without repeats
-    for (std::size_t k = 0; k < points; ++k) {
-      own[k] = cells.vertex[k][lane];
-      if (!is_free(own[k])) {
-        add_blocks(cells, lane);
-        return;
-      }
-      patches[k] = patch(own[k]);
-    }
-    std::sort(patches.begin(), patches.end());
-    const auto count = static_cast<std::size_t>(std::unique(patches.begin(), patches.end()) - patches.begin());
-    const Eigen::Matrix<double, points, points> across = cells.across_of(lane);
-    Eigen::Matrix<double, 3, points> arm;
-    for (std::size_t k = 0; k < points; ++k) {
-      arm.col(k) = all_.arm_.col(own[k]);
-    }
-    if (count == 1) {  // The lengths of the edges stay.
-      all_.coupling(patches[0], patches[0]).moments.bottomRightCorner<3, 3>() += 0.5 * arm * across * arm.transpose();
-      return;
-    }
-    const Eigen::Matrix<double, 3, edges> arms = cells.edges_of(lane);
-    const Eigen::Matrix<double, edges, edges> coupling = cells.coupling_of(lane);
-    // For each patch, by its motions, (1, arm) of its points, and the stretch of the edges.
-    std::array<Eigen::Matrix<double, points, 4>, points> places;
-    std::array<Eigen::Matrix<double, edges, 6>, points> stretch;
-    for (std::size_t m = 0; m < count; ++m) {
-      places[m].setZero();
-      stretch[m].setZero();
-      for (std::size_t k = 0; k < points; ++k) {
-        if (patch(own[k]) == patches[m]) {
-          places[m].row(k) << 1, arm.col(k).transpose();
-        }
-      }
-      for (std::size_t e = 0; e < edges; ++e) {
-        for (std::size_t end = 0; end < 2; ++end) {
-          const std::size_t k = CellTerms::ends[e][end];
-          if (patch(own[k]) == patches[m]) {
-            stretch[m].row(e) += (end == 0 ? -1 : 1) * forces_of(arms.col(e), arm.col(k)).transpose();
-          }
-        }
-      }
-    }
-    for (std::size_t n = 0; n < count; ++n) {
-      const Eigen::Matrix<double, points, 4> moved = across * places[n];
-      const Eigen::Matrix<double, edges, 6> pulls = coupling * stretch[n];
-      for (std::size_t m = 0; m <= n; ++m) {
-        Coupling& sum = all_.coupling(patches[m], patches[n]);
-        const double half_of_own = m == n ? 0.5 : 1;
-        sum.moments.noalias() += half_of_own * places[m].transpose() * moved;
-        sum.block.noalias() += half_of_own * stretch[m].transpose() * pulls;
-      }
-    }
   }
 
   /// Adds left right^T to what couples patch p with patch q, which is stored with the first of both.

@@ -39,8 +39,6 @@ class StepPart {
   virtual Eigen::VectorXd own_unknowns() const { return {}; }
   /// Whether any constrained vertex, on any rank, is not at its prescribed place.
   virtual bool leaves_held_behind() = 0;
-  /// Whether any of this rank's vertices is constrained. Not collective.
-  virtual bool is_held() const { return !projectors().bound().empty(); }
 
   /// Energy at x, the sum over all ranks [J].
   virtual double value() = 0;
@@ -151,7 +149,6 @@ class ExtendedPart : public StepPart {
   const Field& position() const override { return part_.position(); }
   void forget() override { part_.forget(); }
   bool leaves_held_behind() override { return part_.leaves_held_behind(); }
-  bool is_held() const override { return part_.is_held(); }
   double value() override { return part_.value(); }
   const Eigen::Matrix3Xd& gradient() override { return part_.gradient(); }
   const std::vector<double>& squared_forces() const override { return part_.squared_forces(); }

@@ -126,7 +126,6 @@ class TermProduct : public HessianTerms {
   void add_block(PetscInt row, PetscInt column, const Eigen::Matrix3d& block) override;
   void add_differences(const std::vector<DifferenceTerm>& terms) override;
   void add_numbers(const NumberRows& rows) override;
-  void add_cells(const std::vector<CellTerms>& cells) override;
 
  private:
   PetscInt local_;

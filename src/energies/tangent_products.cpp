@@ -164,12 +164,6 @@ void TermProduct::add_numbers(const NumberRows& rows) {
   check(PetscLogFlops(16.0 * static_cast<double>(rows.entries.size())));
 }
 
-void TermProduct::add_cells(const std::vector<CellTerms>& cells) {
-  constexpr double by_cell = 6 * (8 + 2 * 6 + 18) + 9;
-  multiply_cells(cells.data(), cells.size(), factor_, product_);
-  check(PetscLogFlops(by_cell * static_cast<double>(CellTerms::lanes * cells.size())));
-}
-
 void use_fast_product([[maybe_unused]] Mat matrix) {
 #if defined(__x86_64__)
   if (has_fast()) {

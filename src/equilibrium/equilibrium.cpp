@@ -21,7 +21,7 @@ Equilibrium::Equilibrium(std::vector<CoupledMotion> objects, const ContactOption
     for (const CoupledMotion& object : balanced_) {
       parts.push_back(object.motion->part());
       surfaces.push_back(object.motion->contact_part());
-      any_held = any_held || parts.back()->is_held();
+      any_held = any_held || !parts.back()->projectors().bound().empty();
       any_touches = any_touches || object.touches;
     }
     if (any_touches) {

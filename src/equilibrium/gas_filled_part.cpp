@@ -10,20 +10,7 @@
 
 namespace pellicle::equilibrium {
 
-std::vector<VertexPair> PressureStiffness::pattern() const {
-  const Surface& surface = chambers_.surface();
-  std::vector<VertexPair> pairs;
-  pairs.reserve(bearers_ * bearers_ * surface.triangles.size());
-  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-    const std::array<PetscInt, 4> particles = surface.bearers(t).particles;
-    for (std::size_t row = 0; row < bearers_; ++row) {
-      for (std::size_t column = 0; column < bearers_; ++column) {
-        pairs.push_back({particles[row], surface.particles.to_global(particles[column])});
-      }
-    }
-  }
-  return pairs;
-}
+std::vector<VertexPair> PressureStiffness::pattern() const { return pairs_of_elements(chambers_.surface()); }
 
 void PressureStiffness::update_hessian(const Field& x, double psd_blend) {
   blocks_.clear();
@@ -31,18 +18,8 @@ void PressureStiffness::update_hessian(const Field& x, double psd_blend) {
   if (pressure_.empty() || fraction == 0) {
     return;
   }
-  const Surface& surface = chambers_.surface();
-  const auto& triangles = surface.triangles;
-  blocks_.resize(bearers_ * bearers_ * triangles.size(), Eigen::Matrix3d::Zero());
-  /// Adds the block of two points of a triangle to those of the particles that bear them.
-  const auto add = [&](std::size_t t, std::size_t row, std::size_t column, const Eigen::Matrix3d& block) {
-    const auto fractions = surface.bearers(t).fractions;
-    for (std::size_t i = 0; i < bearers_; ++i) {
-      for (std::size_t j = 0; j < bearers_; ++j) {
-        blocks_[bearers_ * (bearers_ * t + i) + j] += fractions[row][i] * fractions[column][j] * block;
-      }
-    }
-  };
+  const auto& triangles = chambers_.surface().triangles;
+  blocks_.resize(9 * triangles.size(), Eigen::Matrix3d::Zero());
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     const Eigen::Vector3d side = x.vector(triangles[t][1]) - x.vector(triangles[t][0]);
     const Eigen::Vector3d other = x.vector(triangles[t][2]) - x.vector(triangles[t][0]);
@@ -51,7 +28,7 @@ void PressureStiffness::update_hessian(const Field& x, double psd_blend) {
                                                    cross_matrix(-sixth * side)};
     for (std::size_t row = 0; row < 3; ++row) {
       for (std::size_t column = 0; column < 3; ++column) {
-        add(t, row, column, by_corner[column]);
+        blocks_[9 * t + 3 * row + column] = by_corner[column];
       }
     }
   }
@@ -61,10 +38,10 @@ void PressureStiffness::update_hessian(const Field& x, double psd_blend) {
     const std::size_t to = (from + 1) % 3;
     const Eigen::Matrix3d block =
         rim_stiffness(fraction * pressure_[t], x.vector(triangles[t][from]), x.vector(triangles[t][to]));
-    add(t, from, to, block);
-    add(t, to, from, block);
-    add(t, from, from, 2 * block);
-    add(t, to, to, 2 * block);
+    blocks_[9 * t + 3 * from + to] += block;
+    blocks_[9 * t + 3 * to + from] += block;
+    blocks_[9 * t + 4 * from] += 2 * block;
+    blocks_[9 * t + 4 * to] += 2 * block;
   }
 }
 

@@ -14,8 +14,7 @@ namespace pellicle::equilibrium {
 class PressureStiffness : public Potential {
  public:
   /// The chambers must outlive it.
-  explicit PressureStiffness(const Chambers& chambers)
-      : chambers_(chambers), bearers_(chambers.surface().has_quads() && chambers.surface().layers == 1 ? 4 : 3) {}
+  explicit PressureStiffness(const Chambers& chambers) : chambers_(chambers) {}
 
   /// @param pressure on the local triangles [Pa]; empty: none counts
   void set_pressure(std::vector<double> pressure) { pressure_ = std::move(pressure); }
@@ -28,9 +27,8 @@ class PressureStiffness : public Potential {
 
  private:
   const Chambers& chambers_;
-  std::size_t bearers_;  ///< of each triangle (Surface::bearers)
   std::vector<double> pressure_;
-  std::vector<Eigen::Matrix3d> blocks_;  ///< of each local triangle's bearers, by rows; empty where it is left out
+  std::vector<Eigen::Matrix3d> blocks_;  ///< nine of each local triangle; empty where it is left out
 };
 
 /// Another part of a step, with gas in the chambers that its surface bounds: the gas's potential W is added to the

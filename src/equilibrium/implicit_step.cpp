@@ -42,8 +42,7 @@ KspDefaults solver_defaults(const NewtonOptions& options, bool suits_patches, bo
   constexpr double single_reductions_from = 1e-2;  // They save a reduction an iteration, but round more.
   KspDefaults defaults;
   const PCType with_all_entries = suits_patches ? PCMG : PCPBJACOBI;
-  // With half of the entries PETSc has incomplete factors, which need not be positive definite, and this.
-  defaults.preconditioner = options.mat_type == TangentMatrix::sbaij ? PCJACOBI : with_all_entries;
+  defaults.preconditioner = options.mat_type == TangentMatrix::sbaij ? PCBJACOBI : with_all_entries;
   defaults.rtol = options.linear_rtol();
   defaults.single_reduction = defaults.rtol >= single_reductions_from;
   defaults.max_iterations = may_factorise ? most_linear_iterations : 10000;

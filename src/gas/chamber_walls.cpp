@@ -85,9 +85,9 @@ void Chambers::set_active(const ActiveSet& active) {
 void Chambers::make_gradient_pattern() {
   std::vector<std::pair<int, PetscInt>> pairs;  // chamber and particle
   for (std::size_t triangle = 0; triangle < surface_->triangles.size(); ++triangle) {
-    for (const PetscInt particle : surface_->bearers(triangle).particles) {
-      if (chamber_of_triangle_[triangle] >= 0 && particle < surface_->particles.owned) {
-        pairs.emplace_back(chamber_of_triangle_[triangle], particle);
+    for (const PetscInt corner : surface_->triangles[triangle]) {
+      if (chamber_of_triangle_[triangle] >= 0 && corner < surface_->particles.owned) {
+        pairs.emplace_back(chamber_of_triangle_[triangle], corner);
       }
     }
   }
@@ -100,17 +100,17 @@ void Chambers::make_gradient_pattern() {
   }
   no_gradients_ = Eigen::SparseMatrix<double>(3 * surface_->particles.owned, count());
   no_gradients_.setFromTriplets(entries.begin(), entries.end());
-  place_of_bearer_.clear();
+  place_of_corner_.clear();
   if (count() == 0) {
     return;
   }
-  place_of_bearer_.reserve(4 * surface_->triangles.size());
+  place_of_corner_.reserve(3 * surface_->triangles.size());
   for (std::size_t triangle = 0; triangle < surface_->triangles.size(); ++triangle) {
     const int chamber = chamber_of_triangle_[triangle];
-    for (const PetscInt particle : surface_->bearers(triangle).particles) {
-      const bool counts = chamber >= 0 && particle < surface_->particles.owned;
-      const auto place = std::lower_bound(pairs.begin(), pairs.end(), std::pair(chamber, particle)) - pairs.begin();
-      place_of_bearer_.push_back(counts ? static_cast<PetscInt>(place) : -1);
+    for (const PetscInt corner : surface_->triangles[triangle]) {
+      const bool counts = chamber >= 0 && corner < surface_->particles.owned;
+      const auto place = std::lower_bound(pairs.begin(), pairs.end(), std::pair(chamber, corner)) - pairs.begin();
+      place_of_corner_.push_back(counts ? static_cast<PetscInt>(place) : -1);
     }
   }
 }
@@ -125,16 +125,13 @@ void Chambers::require_closed(int chamber, const Field& rest, const Projectors& 
       continue;
     }
     const auto& corners = surface_->triangles[triangle];
-    const Surface::Bearers bearers = surface_->bearers(triangle);
     for (std::size_t k = 0; k < 3; ++k) {
       const Eigen::Vector3d second = rest.vector(corners[(k + 1) % 3]) - origin_;
       const Eigen::Vector3d third = rest.vector(corners[(k + 2) % 3]) - origin_;
       const Eigen::Vector3d fraction = second.cross(third) / 6;
       scale = std::max(scale, fraction.norm());
-      for (std::size_t m = 0; m < bearers.particles.size(); ++m) {
-        if (bearers.particles[m] < surface_->particles.owned) {
-          closing.col(bearers.particles[m]) += bearers.fractions[k][m] * fraction;
-        }
+      if (corners[k] < surface_->particles.owned) {
+        closing.col(corners[k]) += fraction;
       }
     }
   }
@@ -184,10 +181,9 @@ Eigen::SparseMatrix<double> Chambers::volume_gradients(const Field& positions, i
     const auto& corners = surface_->triangles[triangle];
     const Eigen::Vector3d third =
         area_vector(positions.vector(corners[0]), positions.vector(corners[1]), positions.vector(corners[2])) / 3;
-    const Surface::Bearers bearers = surface_->bearers(triangle);
-    for (std::size_t k = 0; k < bearers.particles.size(); ++k) {
-      if (const PetscInt place = place_of_bearer_[4 * triangle + k]; place >= 0) {
-        values.col(place) += bearers.sum(k) * third;
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (const PetscInt place = place_of_corner_[3 * triangle + k]; place >= 0) {
+        values.col(place) += third;
       }
     }
   }

@@ -34,7 +34,7 @@ struct GasState {
 
 /// The chambers of a balloon or of a sheet: volumes enclosed by closed pieces of the surface (balloon paper, section
 /// 5), or by a piece and the symmetry planes that its boundary lies in. The volume is that within the surface's
-/// triangles; of a sheet of two layers they join corners and lattice points, so that both layers feel the pressure.
+/// triangles; of a sheet of quads they join corners and lattice points, so that both layers feel the pressure.
 ///
 /// A chamber may lie inside another one, whose gas then is round its wall. The volume W that a wall encloses, and
 /// dW/dx, by which the pressure across the wall acts, include the chambers inside it. The volume V of a chamber's gas
@@ -122,8 +122,7 @@ class Chambers {
   /// @param gravity g [m/s^2]; 0: gas and air weigh nothing
   Eigen::Matrix3Xd uneven_forces(const GasExchange& exchange, const Field& positions, const Eigen::Vector3d& gravity,
                                  double time) const;
-  /// dW/dx = A n / 3 (eq. 15 without p) by the owned particles that bear it (Surface::bearers), a column a chamber,
-  /// (3 owned x count) [m^2].
+  /// dW/dx = A n / 3 (eq. 15 without p) by the owned particles, a column a chamber, (3 owned x count) [m^2].
   /// @param only the chamber besides which all columns are 0; -1: there is none
   Eigen::SparseMatrix<double> volume_gradients(const Field& positions, int only = -1) const;
   /// dW/dx of one chamber (3 x owned) [m^2].
@@ -278,9 +277,8 @@ class Chambers {
   std::vector<int> chamber_of_triangle_;      ///< of each local triangle, -1: none, or the triangle is gone
   /// Pattern of volume_gradients: three rows for each owned particle by which a chamber's volume changes.
   Eigen::SparseMatrix<double> no_gradients_;
-  /// Place in this pattern, in threes of entries, of each of the four bearers of the triangles; -1: a ghost, or bounds
-  /// no chamber.
-  std::vector<PetscInt> place_of_bearer_;
+  /// Place in this pattern, in threes of entries, of each corner of the triangles; -1: a ghost, or bounds no chamber.
+  std::vector<PetscInt> place_of_corner_;
   Rims rims_;                  ///< of chambers that vent
   std::vector<int> has_hole_;  ///< of each chamber
   std::vector<Link> links_;

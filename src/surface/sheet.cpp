@@ -8,21 +8,23 @@
 
 namespace pellicle::surface {
 
-void find_corner_masses(const Sheet& sheet, const Field& mass, Field& result) {
-  result.values() = mass.values();
+std::vector<double> corner_masses(const Sheet& sheet, const Field& mass) {
+  Field sum(sheet.particles, 1);
+  sum.values() = mass.values();
   const auto has_left = [&mass](PetscInt corner) { return mass.data()[corner] == 0; };
   for (std::size_t cell = 0; cell < sheet.cells.size(); ++cell) {
     const std::array<PetscInt, 4>& corners = sheet.cells[cell];
-    result.data()[sheet.lattice[cell]] = 0;
+    sum.data()[sheet.lattice[cell]] = 0;
     const auto left = std::count_if(corners.begin(), corners.end(), has_left);
     for (const PetscInt corner : corners) {
       if (!has_left(corner)) {
-        result.data()[corner] += mass.data()[sheet.lattice[cell]] / static_cast<double>(4 - left);
+        sum.data()[corner] += mass.data()[sheet.lattice[cell]] / static_cast<double>(4 - left);
       }
     }
   }
   // All elements at an owned corner are local; a ghost misses some.
-  result.update_ghosts();
+  sum.update_ghosts();
+  return {sum.data(), sum.data() + sheet.particles.local()};
 }
 
 void follow_corners(const Sheet& sheet, Field& values) {

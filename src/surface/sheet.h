@@ -14,6 +14,9 @@ namespace pellicle::surface {
 /// ids: the vertex number in the file, or first_lattice_id + the cell number in the file; copies of corners at cracks
 /// have later ids.
 struct Sheet : Surface {
+  /// 2: the shell; 1: a net whose lattice points are at the mean of their cells' corners, without springs that act
+  /// (follow_corners). Its springs other than the blue ones only connect pieces and conduct heat.
+  int layers = 2;
   PetscInt owned_corners = 0;     ///< particles [0, owned_corners) are corners; up to `particles.owned` lattice points
   PetscInt first_lattice_id = 0;  ///< persistent id of the lattice point of the file's first cell
 
@@ -21,10 +24,10 @@ struct Sheet : Surface {
   bool acts(Colour colour) const { return layers == 2 || colour == Colour::blue; }
 };
 
-/// Finds the masses that move with the particles of a sheet of one layer: for a corner its own and its fractions of the
+/// Mass that moves with each local particle of a sheet of one layer [kg]: for a corner its own and its fractions of the
 /// lattice points round it, which the remaining corners of a cell share; 0 for lattice points. Collective.
-/// @param mass, result ghosts up to date, (1 x local) [kg]
-void find_corner_masses(const Sheet& sheet, const Field& mass, Field& result);
+/// @param mass ghosts up to date, (1 x local) [kg]
+std::vector<double> corner_masses(const Sheet& sheet, const Field& mass);
 
 /// Sets values at the lattice points of a sheet of one layer to the mean of their cells' corners. Not collective.
 /// @param values (3 x local), ghosts up to date before and after

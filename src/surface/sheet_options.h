@@ -15,6 +15,7 @@ struct SheetOptions {
   int layers = 2;               ///< Sheet::layers
   double thickness = 2.5e-3;    ///< offset of the lattice points along the normal [m]
   double areal_density = 0.08;  ///< [kg/m^2]
+  bool is_one_surface = false;  ///< lattice points lie between their corners, not `thickness` above
   Choice<Partitioner> partitioner = Partitioner::metis;
   double perturbation = 0;       ///< amplitude of the initial noise, as a fraction of the mean cell edge
   int seed = 1;                  ///< of the initial noise

@@ -45,7 +45,7 @@ void place_lattice(Distribution& mesh, const SheetOptions& options) {
       place += position(k) / 4;
     }
     MeshRows::Point& lattice = mesh.data(cell);
-    const double offset = options.layers == 1 ? 0 : options.thickness;
+    const double offset = options.is_one_surface || options.layers == 1 ? 0 : options.thickness;
     lattice.mass = options.areal_density * area.norm() / 2;
     Eigen::Map<Eigen::Vector3d>(lattice.position.data()) = place + offset * area.normalized();
   }

@@ -62,9 +62,6 @@ struct Surface {
   std::vector<std::array<PetscInt, 3>> triangles;  ///< particles of the surface triangles of the local elements
   std::vector<std::array<PetscInt, 4>> cells;      ///< corners of each local quad, in order
   std::vector<PetscInt> lattice;                   ///< lattice particle of each local quad
-  /// Of quads, 2: the shell; 1: a surface whose lattice points are at the mean of their cells' corners, which bear what
-  /// acts on them (follow_corners). Its springs other than the blue ones only connect pieces and conduct heat.
-  int layers = 2;
 
   /// Pieces of the mesh, joined by common sides of elements, numbered by their lowest element.
   std::vector<int> piece;             ///< of each local element
@@ -111,22 +108,6 @@ struct Surface {
       }
     }
     return sides;
-  }
-  /// The particles that bear what acts on the points of a surface triangle.
-  struct Bearers {
-    std::array<PetscInt, 4> particles;
-    std::array<std::array<double, 4>, 3> fractions;  ///< of each point by the particles
-    /// Of what acts alike on all three points.
-    double sum(std::size_t k) const { return fractions[0][k] + fractions[1][k] + fractions[2][k]; }
-  };
-  Bearers bearers(std::size_t triangle) const {
-    const auto& [a, b, c] = triangles[triangle];
-    if (!has_quads() || layers == 2) {
-      return {{a, b, c, c}, {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}}};
-    }
-    const std::array<PetscInt, 4>& corners = cells[triangle / 4];
-    return {{a, b, corners[(triangle + 2) % 4], corners[(triangle + 3) % 4]},
-            {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0.25, 0.25, 0.25, 0.25}}}};
   }
   /// Shares of the points of a surface triangle in its mass and area.
   std::array<double, 3> point_shares() const {

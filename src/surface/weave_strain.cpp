@@ -12,13 +12,15 @@
 namespace pellicle::surface {
 
 WeaveStrain weave_strain(const Sheet& sheet, const Field& x, const std::array<std::vector<double>, 4>& target_length,
-                         const ActiveSet& active) {
+                         const ActiveSet& active, const std::array<std::vector<bool>, 4>& bears) {
   using Key = std::array<PetscInt, 3>;  // ids of the ends, colour
   constexpr PetscInt last_id = std::numeric_limits<PetscInt>::max();
   constexpr Key none{last_id, last_id, last_id};
   WeaveStrain strain;
   Key key = none;
-  std::array<double, 9> sums{};  // over the owned springs, then over all: squares and numbers of each colour, strains
+  // Sums over the owned springs, then over all: squares and numbers of each colour, sum and number of springs under
+  // load.
+  std::array<double, 10> sums{};
   for (const Colour colour : all_colours) {
     if (!sheet.acts(colour)) {
       continue;
@@ -33,7 +35,10 @@ WeaveStrain weave_strain(const Sheet& sheet, const Field& x, const std::array<st
       const double value = std::abs((x.vector(a) - x.vector(b)).norm() / target_length[colour][s] - 1);
       sums[colour] += value * value;
       ++sums[4 + colour];
-      sum += value;
+      if (bears[colour][s]) {
+        sum += value;
+        ++sums[9];
+      }
       strain.largest_of[colour] = std::max(strain.largest_of[colour], value);
       if (is_of_weave(colour) && value >= strain.largest) {
         const auto [first, last] = std::minmax(sheet.persistent_id[a], sheet.persistent_id[b]);
@@ -49,7 +54,7 @@ WeaveStrain weave_strain(const Sheet& sheet, const Field& x, const std::array<st
   }
   sums = sum_over_ranks(sheet.comm(), sums);
   strain.largest_of = max_over_ranks(sheet.comm(), strain.largest_of);
-  strain.mean = sums[8] / std::max(1.0, sums[4] + sums[5] + sums[6] + sums[7]);
+  strain.mean = sums[8] / std::max(1.0, sums[9]);
   for (std::size_t colour = 0; colour < 4; ++colour) {
     strain.rms_of[colour] = std::sqrt(sums[colour] / std::max(1.0, sums[4 + colour]));
   }

@@ -27,7 +27,7 @@ struct WeaveStrain {
   Colour colour = Colour::blue;                     ///< of the spring with the largest strain
   std::array<PetscInt, 2> ids{-1, -1};              ///< persistent ids of this spring's ends; -1: no active spring
   Eigen::Vector3d place = Eigen::Vector3d::Zero();  ///< of this spring's middle [m]
-  double mean = 0;                                  ///< of |d/l - 1| over the springs of all colours that live and act
+  double mean = 0;                                  ///< of |d/l - 1| over load-bearing springs of all colours
   std::array<double, 4> largest_of{};               ///< of each colour; 0 where none lives or acts
   std::array<double, 4> rms_of{};                   ///< root mean square of each colour
 };
@@ -35,8 +35,15 @@ struct WeaveStrain {
 /// Strains of a sheet; among equal largest strains that of the spring with the least ids. Collective.
 /// @param x positions of the local particles [m]
 /// @param target_length l of the local springs of each colour [m]
+/// @param bears whether each owned spring of each colour, if it lives and acts, is in the mean
 WeaveStrain weave_strain(const Sheet& sheet, const Field& x, const std::array<std::vector<double>, 4>& target_length,
-                         const ActiveSet& active);
+                         const ActiveSet& active, const std::array<std::vector<bool>, 4>& bears);
+
+/// Strains of a sheet, with all springs that live and act in the mean.
+inline WeaveStrain weave_strain(const Sheet& sheet, const Field& x,
+                                const std::array<std::vector<double>, 4>& target_length, const ActiveSet& active) {
+  return weave_strain(sheet, x, target_length, active, active.springs);
+}
 
 /// "3.2 % at (0.1, 0.2, 0.3) m"
 std::string words_of(double strain, const Eigen::Vector3d& place);

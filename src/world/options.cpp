@@ -94,7 +94,7 @@ ElasticOptions elastic_options(const Options& options) {
 
 SheetOptions shell_options(const Options& options) {
   SheetOptions sheet = options.sheet;
-  sheet.layers = options.dynamics == Dynamics::elastic ? 1 : sheet.layers;
+  sheet.is_one_surface = options.dynamics == Dynamics::elastic;
   return sheet;
 }
 
@@ -248,10 +248,6 @@ void describe_exclusions(OptionTable& table, const Options& options) {
       "time.tolerance", "dynamics: projection or spring, the error of whose steps is not known", "0",
       [](const Options& of) { return !inflates(of) && of.time.tolerance > 0; },
       [](const Options& of) { return of.dynamics != Dynamics::elastic; });
-  exclude(
-      "ablation.spring_rule: triangles", "dynamics: elastic, whose surface alone holds its particles", "surface",
-      [](const Options& of) { return of.ablation.spring_rule == SpringRule::triangles; },
-      [](const Options& of) { return !inflates(of) && of.dynamics == Dynamics::elastic; });
   exclude(
       "ablation.strength", "dynamics: spring, whose springs all pull alike", "elastic or projection",
       [](const Options& of) { return of.ablation.strength.has_value(); },

@@ -136,7 +136,7 @@ class ProjectedMotion : public SheetMotion {
   StageResult begin_balance(Step& step) override;
   StageResult find_positions(Step& step) override;
   Eigen::Matrix3Xd gas_forces() override;
-  void add_own_forces(Eigen::Matrix3Xd& sum) override;
+  void add_spring_forces(Eigen::Matrix3Xd& sum) override;
   void leave_bodies(Step& step) override;
   std::string body_fault(const Step& step) const override { return bodies_.sweep().fault(step.loads); }
 
@@ -158,7 +158,7 @@ class ProjectedMotion : public SheetMotion {
   PetscInt contacts_ = 0;                     ///< particles of this rank that bodies hold
   Eigen::Matrix3Xd free_position_;            ///< positions without springs, bodies and gas
   Eigen::Matrix3Xd free_velocity_;            ///< velocities without them
-  std::optional<Field> spring_force_;         ///< see add_own_forces; where pins move
+  std::optional<Field> spring_force_;         ///< see add_spring_forces; where pins move
 };
 
 }  // namespace
@@ -189,6 +189,14 @@ void PressureImpulse::begin_step(double time, double h, const Field& free, const
   for (int chamber = 0; chamber < chambers_.count(); ++chamber) {
     Field& move = moves_[chamber];
     move.values().leftCols(owned) = chambers_.volume_gradient(chamber, free);
+    if (sheet_.layers == 1) {
+      move.update_ghosts();
+      for (std::size_t cell = 0; cell < sheet_.cells.size(); ++cell) {
+        for (const PetscInt corner : sheet_.cells[cell]) {
+          move.vector(corner) += move.vector(sheet_.lattice[cell]) / 4;
+        }
+      }
+    }
     double sum = 0;
     for (PetscInt i = 0; i < owned; ++i) {
       const Eigen::Vector3d gradient = move.vector(i);
@@ -381,7 +389,7 @@ Eigen::Matrix3Xd ProjectedMotion::gas_forces() {
 }
 
 /// The forces with which the last projection has ended. Collective.
-void ProjectedMotion::add_own_forces(Eigen::Matrix3Xd& sum) {
+void ProjectedMotion::add_spring_forces(Eigen::Matrix3Xd& sum) {
   if (!spring_force_) {
     spring_force_.emplace(sheet_.particles, 3);
   }

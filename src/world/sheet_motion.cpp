@@ -8,7 +8,7 @@
 
 #include "ablation/ablation.h"
 #include "ablation/drawn_shares.h"
-#include "elastic/sheet_geometry.h"
+#include "elastic/sheet_springs.h"
 #include "equilibrium/time_scheme.h"
 #include "io/console.h"
 #include "parallel/collective.h"
@@ -113,9 +113,6 @@ SheetMotion::SheetMotion(const Sheet& sheet, const Options& options, State& stat
       constrained_(pins_.pinned()),
       size_(options.time.tolerance > 0 ? size_of(sheet) : 0) {
   mass_ = sheet.initial_mass;
-  if (sheet.layers == 1) {
-    corner_mass_ = Field(sheet.particles, 1);
-  }
   set_contact(contact_stiffness);
   if (cracks_of(options).strength) {
     spring_stress_.emplace(sheet);
@@ -127,21 +124,17 @@ void SheetMotion::set_lengths() {
   set_target_lengths(state_.target_length, sheet_, volume_ratio_);
 }
 
-/// Sets the masses that move. Collective.
-void SheetMotion::set_masses() {
-  if (sheet_.layers == 1) {
-    find_corner_masses(sheet_, state_.burning->mass, corner_mass_);
-  }
-  mass_.assign(mass(), mass() + sheet_.particles.local());
-}
-
 StageResult SheetMotion::begin(Step& step) {
   h_ = step.h;
   const Field& mass = state_.burning->mass;
   start_.values() = state_.position.values();
   start_velocity_.values() = state_.velocity.values();
   constrained_ = pins_.pinned();
-  set_masses();
+  if (sheet_.layers == 1) {
+    mass_ = corner_masses(sheet_, mass);
+  } else {
+    mass_.assign(mass.data(), mass.data() + sheet_.particles.local());
+  }
   for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
     constrained_[i] = constrained_[i] || mass_[i] == 0;
   }
@@ -178,17 +171,19 @@ void SheetMotion::move_freely() {
   }
   x += h_ * v;
   pins_.impose(state_.position, end_of_loads());
-  if (gas_ != nullptr) {
-    follow(state_.position);
+  if (sheet_.layers == 1 && gas_ != nullptr) {
+    follow_corners(sheet_, state_.position);
   }
   push_by_weights_of_gas();
 }
 
-/// Forces on all particles as those of a sheet of one layer bear them, whose corners bear what acts on lattice points.
-/// Collective. @param given (3 x local), ghosts up to date
-Field SheetMotion::borne_forces(const Field& given) const {
+/// Pushes the sheet by the weights of gas and air and by jets (Chambers::uneven_forces). Collective.
+void SheetMotion::push_by_weights_of_gas() {
+  if (gas_ == nullptr || gas_->uneven_forces() == nullptr) {
+    return;
+  }
   Field force(sheet_.particles, 3);
-  force.values() = given.values();
+  force.values() = gas_->uneven_forces()->values();
   if (sheet_.layers == 1) {
     for (std::size_t cell = 0; cell < sheet_.cells.size(); ++cell) {
       for (const PetscInt corner : sheet_.cells[cell]) {
@@ -197,15 +192,6 @@ Field SheetMotion::borne_forces(const Field& given) const {
     }
     force.update_ghosts();
   }
-  return force;
-}
-
-/// Pushes the sheet by the weights of gas and air and by jets (Chambers::uneven_forces). Collective.
-void SheetMotion::push_by_weights_of_gas() {
-  if (gas_ == nullptr || gas_->uneven_forces() == nullptr) {
-    return;
-  }
-  const Field force = borne_forces(*gas_->uneven_forces());
   uneven_ = force.values().leftCols(sheet_.particles.owned);
   for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
     if (!constrained_[i]) {
@@ -214,7 +200,9 @@ void SheetMotion::push_by_weights_of_gas() {
       state_.position.vector(i) += h_ * push;
     }
   }
-  follow(state_.position);
+  if (sheet_.layers == 1) {
+    follow_corners(sheet_, state_.position);
+  }
 }
 
 /// Takes the positions of a sheet with a part in the balance. Collective.
@@ -312,7 +300,7 @@ void SheetMotion::add_work() {
   }
   // Pins that move work on the particles that they hold by the force that balances all others and the inertia.
   if (pins_move_) {
-    add_own_forces(all);
+    add_spring_forces(all);
     for (PetscInt i = 0; i < owned; ++i) {
       if (pins_.pinned()[i]) {
         const double inertial = is_static() ? 0 : mass(i);
@@ -351,8 +339,10 @@ void SheetMotion::find_velocities(Step& step) {
     step.error = max_over_ranks(sheet_.comm(), error) / size_;
   }
   leave_bodies(step);
-  follow(state_.position);
-  follow(state_.velocity);
+  if (sheet_.layers == 1) {
+    follow_corners(sheet_, state_.position);
+    follow_corners(sheet_, state_.velocity);
+  }
 }
 
 void SheetMotion::leave_bodies(Step& step) {

@@ -18,10 +18,7 @@ namespace pellicle::world {
 /// burnt fraction.
 class SheetMotion : public SurfaceMotion {
  public:
-  void update_derived() override {
-    set_lengths();
-    set_masses();
-  }
+  void update_derived() override { set_lengths(); }
   StageResult begin(Step& step) override;
   StageResult take_balance(Step& step) override;
   StageResult end(Step& step) override {
@@ -34,11 +31,11 @@ class SheetMotion : public SurfaceMotion {
   /// Sets the target lengths from the burnt fractions (burning paper, eq. 5 and 6). Not collective.
   virtual void set_lengths();
   /// Strains of the sheet as it is now. Collective.
-  WeaveStrain weave_strain() const {
+  virtual WeaveStrain weave_strain() const {
     return surface::weave_strain(sheet_, state_.position, state_.target_length, state_.burning->active);
   }
   std::string stage() const override { return "projection"; }
-  const double* mass() const override { return sheet_.layers == 1 ? corner_mass_.data() : state_.burning->mass.data(); }
+  const double* mass() const override { return state_.burning->mass.data(); }
   std::string progress(const Step& step) const override;
   std::vector<bool> constrained() const override { return constrained_; }
 
@@ -54,8 +51,8 @@ class SheetMotion : public SurfaceMotion {
   virtual StageResult find_positions(Step& step) = 0;
   /// Forces of gas at the end of the step on the owned particles [N]; empty: there are none.
   virtual Eigen::Matrix3Xd gas_forces() = 0;
-  /// Adds the forces with which the sheet resists changes of its shape, on the owned particles [N].
-  virtual void add_own_forces(Eigen::Matrix3Xd& sum) = 0;
+  /// Adds forces of the springs on the owned particles [N].
+  virtual void add_spring_forces(Eigen::Matrix3Xd& sum) = 0;
   /// Work of viscosity in the step [J].
   virtual double viscous_work() const { return 0; }
   /// Sets the velocities of particles that leave bodies, and the loads on the bodies.
@@ -77,13 +74,6 @@ class SheetMotion : public SurfaceMotion {
   virtual void find_velocities(Step& step);
 
   StageResult take_positions(const StepPart& part, Step& step);
-  Field borne_forces(const Field& given) const;
-  /// Sets the values of the lattice points of a sheet of one layer by those of their corners. Not collective.
-  void follow(Field& values) const {
-    if (sheet_.layers == 1) {
-      follow_corners(sheet_, values);
-    }
-  }
   /// Forces of a potential on the owned particles, kept until the next call [N].
   const Eigen::Matrix3Xd& forces_of(const Potential& potential);
 
@@ -102,11 +92,8 @@ class SheetMotion : public SurfaceMotion {
   double size_;                       ///< square root of the undeformed area, with time.tolerance [m]
 
  private:
-  void set_masses();
   void push_by_weights_of_gas();
   void add_work();
-
-  Field corner_mass_;  ///< of a sheet of one layer: the masses that move with the particles [kg]
 
   /// Arrays over the owned particles that add_work uses. They are kept so that a step allocates nothing.
   struct {

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "combustion/combustion.h"
-#include "elastic/elastic_sheet.h"
 #include "elastic/spring_sheet.h"
 #include "energies/vertex_potential.h"
 #include "io/texture.h"
@@ -25,36 +24,41 @@ double stiffness_of_contact(const Sheet& sheet, const Options& options, double t
                                  options.time.step);
 }
 
-/// The motion of a sheet that resists changes of its shape (SheetPart): its own forces, bodies, drag of the air and gas
-/// are brought into balance. By statics (TimeOptions::scheme) each step ends at rest; by generalized alpha forces are
-/// in balance within the step, which starts from accelerations, too (TimeIntegrator).
-class BalancedMotion : public SheetMotion {
+/// The motion of a sheet of Hooke springs: springs, bodies, drag of the air and gas are brought into balance. By
+/// statics (TimeOptions::scheme) each step ends at rest; by generalized alpha forces are in balance within the
+/// step, which starts from accelerations, too (TimeIntegrator).
+class SpringMotion : public SheetMotion {
  public:
+  /// All must outlive it. Collective.
+  SpringMotion(const Sheet& sheet, const Options& options, State& state, StageClock& clock, GasStage* gas);
+
   void update_derived() override;
   void report(Report& report, const Step& step) const override;
 
   std::string passed_limit() const override;
+  const std::vector<Eigen::Matrix3d>& stress() override {
+    return spring_stress_->find(state_.burning->active, springs_->spring_forces(state_.position), state_.position);
+  }
 
  protected:
-  /// All must outlive it. Collective. @param contact_stiffness see SheetMotion
-  BalancedMotion(const Sheet& sheet, const Options& options, State& state, StageClock& clock, GasStage* gas,
-                 double contact_stiffness);
-  /// To be called once, with a part that outlives this object.
-  void set_sheet_part(SheetPart& part);
-  /// The potentials of the positions other than those of the part: bodies, drag and weight, as far as there are any.
+  /// @param contact_stiffness see SheetMotion; `set_springs` must follow
+  SpringMotion(const Sheet& sheet, const Options& options, State& state, StageClock& clock, GasStage* gas,
+               double contact_stiffness);
+  void set_springs(std::unique_ptr<SpringSheet> springs);
+  /// The potentials of the positions other than those of the springs: bodies, drag and weight, as far as there are any.
   std::vector<Potential*> others() const { return present({body_contact_.get(), drag_.get(), weight_.get()}); }
 
   StageResult begin_balance(Step& step) override;
   StageResult find_positions(Step& step) override;
   Eigen::Matrix3Xd gas_forces() override { return filled_->pressure_forces(); }
-  void add_own_forces(Eigen::Matrix3Xd& sum) override {
-    for (const Potential* potential : sheet_part_->of_shape()) {
+  void add_spring_forces(Eigen::Matrix3Xd& sum) override {
+    for (const Potential* potential : springs_->of_shape()) {
       sum += forces_of(*potential);
     }
   }
   double viscous_work() const override {
     const double lasting = integrator_.is_second_order() ? integrator_.rate(h_) * h_ : 1;
-    return lasting * sheet_part_->viscous_work(state_.position);
+    return lasting * springs_->viscous_work(state_.position);
   }
   void move_freely() override;
   Eigen::Vector3d velocity_of_balance(PetscInt i) const override {
@@ -70,18 +74,15 @@ class BalancedMotion : public SheetMotion {
   }
   void find_velocities(Step& step) override;
 
+  std::unique_ptr<SpringSheet> springs_;
+
  private:
   SheetInput input(double h) const;
   void set_burnt();
   void begin_acceleration();
-  std::optional<Field> forces_of_uneven_gas() const {
-    const bool is_there = gas_ != nullptr && gas_->uneven_forces() != nullptr;
-    return is_there ? std::optional<Field>(borne_forces(*gas_->uneven_forces())) : std::nullopt;
-  }
 
-  SheetPart* sheet_part_ = nullptr;  ///< not null after set_sheet_part
-  Field y_v_;                        ///< of generalized alpha (TimeIntegrator)
-  double pull_ = 0;                  ///< of generalized alpha: inertia and damping pull by mass times this [1/s^2]
+  Field y_v_;        ///< of generalized alpha (TimeIntegrator)
+  double pull_ = 0;  ///< of generalized alpha: inertia and damping pull by mass times this [1/s^2]
 
   std::unique_ptr<Potential> weight_;  ///< in a step of statics; else null
   std::unique_ptr<Potential> drag_;    ///< null: there is no air
@@ -89,22 +90,8 @@ class BalancedMotion : public SheetMotion {
   std::vector<double> stiffness_factor_;
 };
 
-/// The motion of a sheet of Hooke springs (SpringSheet).
-class SpringMotion : public BalancedMotion {
- public:
-  /// All must outlive it. Collective.
-  SpringMotion(const Sheet& sheet, const Options& options, State& state, StageClock& clock, GasStage* gas);
-
-  const std::vector<Eigen::Matrix3d>& stress() override {
-    return spring_stress_->find(state_.burning->active, springs_->spring_forces(state_.position), state_.position);
-  }
-
- private:
-  std::optional<SpringSheet> springs_;
-};
-
 /// The motion of a sheet as a material (ElasticSheet).
-class ElasticMotion : public BalancedMotion {
+class ElasticMotion : public SpringMotion {
  public:
   /// All must outlive it. Collective. @throws Error on textures that cannot be read
   ElasticMotion(const Sheet& sheet, const Options& options, State& state, StageClock& clock, Textures& textures,
@@ -116,31 +103,29 @@ class ElasticMotion : public BalancedMotion {
     set_volume_ratios(volume_ratio_, sheet_, state_.burning->mass, options_.combustion);
     set_surface_lengths(state_.target_length, sheet_, state_.burning->active, volume_ratio_);
   }
-  const std::vector<Eigen::Matrix3d>& stress() override {
-    stress_ = elastic_->stress(state_.position);
-    return stress_;
+  WeaveStrain weave_strain() const override {
+    return surface::weave_strain(sheet_, state_.position, state_.target_length, state_.burning->active,
+                                 springs_->bearing_springs(state_.burning->active));
   }
 
  protected:
   StageResult begin_balance(Step& step) override;
 
  private:
-  std::optional<ElasticSheet> elastic_;
-  std::vector<Eigen::Matrix3d> stress_;
+  double largest_excess_;  ///< see ElasticSheet::largest_excess
 };
 
 }  // namespace
 
 SpringMotion::SpringMotion(const Sheet& sheet, const Options& options, State& state, StageClock& clock, GasStage* gas)
-    : BalancedMotion(sheet, options, state, clock, gas,
-                     stiffness_of_contact(sheet, options, options.spring.stiffness)) {
+    : SpringMotion(sheet, options, state, clock, gas, stiffness_of_contact(sheet, options, options.spring.stiffness)) {
   SpringOptions spring = options.spring;
   spring.damping = is_static() ? 0 : spring.damping;
-  set_sheet_part(springs_.emplace(sheet, spring, pins_.pinned(), options.time.step, others()));
+  set_springs(std::make_unique<SpringSheet>(sheet, spring, pins_.pinned(), options.time.step, others()));
 }
 
-BalancedMotion::BalancedMotion(const Sheet& sheet, const Options& options, State& state, StageClock& clock,
-                               GasStage* gas, double contact_stiffness)
+SpringMotion::SpringMotion(const Sheet& sheet, const Options& options, State& state, StageClock& clock, GasStage* gas,
+                           double contact_stiffness)
     : SheetMotion(sheet, options, state, clock, gas, contact_stiffness, integrator_of(options.time)) {
   if (integrator_.is_second_order()) {
     y_v_ = Field(sheet.particles, 3);
@@ -158,30 +143,31 @@ BalancedMotion::BalancedMotion(const Sheet& sheet, const Options& options, State
   }
 }
 
-void BalancedMotion::set_sheet_part(SheetPart& part) {
-  sheet_part_ = &part;
-  const auto set_time = [this](double /*time*/) { sheet_part_->forget(); };
-  set_part(part, sheet_.initial_mass, set_time);
+void SpringMotion::set_springs(std::unique_ptr<SpringSheet> springs) {
+  springs_ = std::move(springs);
+  const auto set_time = [this](double /*time*/) { springs_->forget(); };
+  set_part(*springs_, sheet_.initial_mass, set_time);
 }
 
-void BalancedMotion::update_derived() {
+void SpringMotion::update_derived() {
   SheetMotion::update_derived();
   start_.values() = state_.position.values();
+  mass_.assign(mass(), mass() + sheet_.particles.local());
   set_burnt();
-  sheet_part_->set_shape(input(options_.time.step));
+  springs_->set_shape(input(options_.time.step));
 }
 
 /// Sets what follows from the burnt fractions. Char is softer, linearly in the fraction that has burnt.
-void BalancedMotion::set_burnt() {
+void SpringMotion::set_burnt() {
   set_volume_ratios(volume_ratio_, sheet_, state_.burning->mass, options_.combustion);
   stiffness_factor_.assign(sheet_.particles.local(), 1);
   for (std::size_t i = 0; i < stiffness_factor_.size() && options_.combustion.char_stiffness != 1; ++i) {
-    stiffness_factor_[i] += (options_.combustion.char_stiffness - 1) *
-                            burnt_share(state_.burning->mass.data()[i] / sheet_.initial_mass[i], options_.combustion);
+    stiffness_factor_[i] +=
+        (options_.combustion.char_stiffness - 1) * burnt_share(mass()[i] / sheet_.initial_mass[i], options_.combustion);
   }
 }
 
-SheetInput BalancedMotion::input(double h) const {
+SheetInput SpringMotion::input(double h) const {
   const double to_balance = integrator_.fraction() * h;
   const bool is_alpha = integrator_.is_second_order() && pull_ > 0;
   return {{is_static() ? holding_ : mass_, start_, to_balance, is_alpha ? 1 / std::sqrt(pull_) : to_balance},
@@ -193,7 +179,7 @@ SheetInput BalancedMotion::input(double h) const {
           is_alpha ? 1 / integrator_.rate(h) : to_balance};
 }
 
-void BalancedMotion::move_freely() {
+void SpringMotion::move_freely() {
   if (!integrator_.is_second_order()) {
     SheetMotion::move_freely();
     return;
@@ -204,7 +190,7 @@ void BalancedMotion::move_freely() {
   const double inertia = integrator_.inertia(h_);
   const double rate = damping_ * integrator_.rate(h_);
   const double fraction = integrator_.fraction();
-  const std::optional<Field> uneven = forces_of_uneven_gas();
+  const Field* uneven = gas_ != nullptr ? gas_->uneven_forces() : nullptr;
   pull_ = inertia + rate;
   pins_.impose(state_.position, state_.time + h_);
   for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
@@ -219,20 +205,20 @@ void BalancedMotion::move_freely() {
     }
     // Inertia, damping and weight pull together towards this place.
     Eigen::Vector3d force = options_.force.gravity;
-    if (uneven) {
+    if (uneven != nullptr) {
       force += uneven->vector(i) / mass_[i];
     }
     state_.position.vector(i) =
         start + (inertia * integrator_.y_a(h_, before) + rate * integrator_.y_v(h_, before) + force) / pull_;
   }
-  if (uneven) {
+  if (uneven != nullptr) {
     uneven_ = uneven->values().leftCols(sheet_.particles.owned);
   }
   set_drag(fraction);
 }
 
 /// The accelerations from which the first step goes on. Collective.
-void BalancedMotion::begin_acceleration() {
+void SpringMotion::begin_acceleration() {
   if (state_.step > 0) {
     return;
   }
@@ -242,39 +228,37 @@ void BalancedMotion::begin_acceleration() {
   set_burnt();
   begin_bodies(constrained_, state_.time, h_);
   pull_ = integrator_.inertia(h_);
-  sheet_part_->begin(start_, input(h_));
-  sheet_part_->move_to(start_, {});  // Contact may have moved it.
-  Eigen::Matrix3Xd force = -sheet_part_->gradient();
+  springs_->begin(start_, input(h_));
+  springs_->move_to(start_, {});  // Contact may have moved it.
+  Eigen::Matrix3Xd force = -springs_->gradient();
   if (filled_) {
     force += filled_->forces_at(state_.time);
   }
-  const std::optional<Field> uneven = forces_of_uneven_gas();
   for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
     if (!constrained_[i]) {
       state_.acceleration->vector(i) =
           force.col(i) / mass_[i] + options_.force.gravity - damping_ * start_velocity_.vector(i);
-      if (uneven) {
-        state_.acceleration->vector(i) += uneven->vector(i) / mass_[i];
+      if (gas_ != nullptr && gas_->uneven_forces() != nullptr) {
+        state_.acceleration->vector(i) += gas_->uneven_forces()->vector(i) / mass_[i];
       }
     }
   }
   state_.acceleration->update_ghosts();
-  follow(*state_.acceleration);
 }
 
-StageResult BalancedMotion::begin_balance(Step& step) {
+StageResult SpringMotion::begin_balance(Step& step) {
   set_burnt();
   if (is_static()) {
-    holding_.assign(mass_.size(), sheet_part_->holding_stiffness() * h_ * h_);
+    holding_.assign(mass_.size(), springs_->holding_stiffness() * h_ * h_);
   }
   const auto timer = clock_.time("projection");
   begin_bodies(constrained_, time_of_balance(), integrator_.fraction() * h_);
-  sheet_part_->begin(state_.position, input(step.h));
+  springs_->begin(state_.position, input(step.h));
   begin_gas_and_path(end_of_loads() - (1 - integrator_.fraction()) * step.h);
   return {};
 }
 
-StageResult BalancedMotion::find_positions(Step& step) {
+StageResult SpringMotion::find_positions(Step& step) {
   StageResult result = take_positions(*part(), step);
   if (filled_) {
     state_.pressure = filled_->pressures();
@@ -283,33 +267,30 @@ StageResult BalancedMotion::find_positions(Step& step) {
   return result;
 }
 
-void BalancedMotion::find_velocities(Step& step) {
+void SpringMotion::find_velocities(Step& step) {
   if (!integrator_.is_second_order()) {
     SheetMotion::find_velocities(step);
     return;
   }
   const auto timer = clock_.time("velocity");
   const double error = find_end(constrained_);
-  follow(state_.position);
-  follow(state_.velocity);
-  follow(*state_.acceleration);
   if (options_.time.tolerance > 0) {
     step.error = max_over_ranks(sheet_.comm(), error) / size_;
   }
 }
 
-std::string BalancedMotion::passed_limit() const {
+std::string SpringMotion::passed_limit() const {
   if (!options_.project.strain_limit) {
     return "";
   }
   const WeaveStrain strain =
-      surface::weave_strain(sheet_, sheet_part_->position(), state_.target_length, state_.burning->active);
+      surface::weave_strain(sheet_, springs_->position(), state_.target_length, state_.burning->active);
   return strain.largest <= *options_.project.strain_limit ? "" : beyond_limit(strain, *options_.project.strain_limit);
 }
 
-void BalancedMotion::report(Report& report, const Step& step) const {
+void SpringMotion::report(Report& report, const Step& step) const {
   SheetMotion::report(report, step);
-  report.add("elastic_energy", "J", sheet_part_->elastic_energy(state_.position));
+  report.add("elastic_energy", "J", springs_->elastic_energy(state_.position));
   if (path_) {
     report.add("load_time", "s", *state_.load_time);
   }
@@ -317,25 +298,28 @@ void BalancedMotion::report(Report& report, const Step& step) const {
 
 ElasticMotion::ElasticMotion(const Sheet& sheet, const Options& options, State& state, StageClock& clock,
                              Textures& textures, GasStage* gas)
-    : BalancedMotion(sheet, options, state, clock, gas,
-                     stiffness_of_contact(sheet, options, stiffness_of(options.material).tensile[0])) {
+    : SpringMotion(sheet, options, state, clock, gas,
+                   stiffness_of_contact(sheet, options, stiffness_of(options.material).tensile[0])) {
   SheetMaterial material = options.material;
   material.damping = is_static() ? 0 : material.damping;
   const auto factors = [&](const char* key, const std::string& file) {
     return textures.values(sheet.uv, key, file, material.stiffness_range);
   };
-  const MaterialFactors stiffness{factors("sheet.tensile_texture", material.tensile_texture),
-                                  factors("sheet.shear_texture", material.shear_texture),
-                                  factors("sheet.bending_texture", material.bending_texture)};
-  set_sheet_part(elastic_.emplace(sheet, material, options.sheet.thickness, stiffness, pins_.pinned(), pins_.clamped(),
-                                  elastic_options(options), others()));
+  auto springs =
+      std::make_unique<ElasticSheet>(sheet, material, options.sheet.thickness,
+                                     MaterialFactors{factors("sheet.tensile_texture", material.tensile_texture),
+                                                     factors("sheet.shear_texture", material.shear_texture),
+                                                     factors("sheet.bending_texture", material.bending_texture)},
+                                     pins_.pinned(), pins_.clamped(), elastic_options(options), others());
+  largest_excess_ = springs->largest_excess();
+  set_springs(std::move(springs));
 }
 
 StageResult ElasticMotion::begin_balance(Step& step) {
   if (step.has_burnt) {
     set_lengths();  // They follow from what is left, too.
   }
-  return BalancedMotion::begin_balance(step);
+  return SpringMotion::begin_balance(step);
 }
 
 std::vector<std::string> ElasticMotion::first_remarks() const {
@@ -349,6 +333,13 @@ std::vector<std::string> ElasticMotion::first_remarks() const {
         "sheet.tensile_stiffness: {:.4g} N/m, the default, not that of a material {:.3g} m thick (sheet.thickness): "
         "such paper has some {:.1g} N/m; expected sheet.young_modulus with sheet.physical_thickness, or stiffnesses",
         stiffness_of(material).tensile[0], thickness, of_paper * thickness));
+  }
+  constexpr double worth_a_word = 1.05;
+  if (largest_excess_ > worth_a_word) {
+    lines.push_back(
+        fmt::format("some cells are so long that the sheet is {:.2g} times as stiff along them as asked for; expected "
+                    "sides that differ by 1.7 at most",
+                    largest_excess_));
   }
   return lines;
 }

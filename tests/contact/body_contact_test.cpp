@@ -18,7 +18,7 @@ class BodyContactTest : public ::testing::Test {
  protected:
   BodyContactTest() {
     SheetOptions options;
-    options.layers = 1;
+    options.is_one_surface = true;
     sheet = make_sheet(PETSC_COMM_WORLD, grid_mesh(6, 4, 0.5), options);
     contact.thickness = 0.05;
     contact.stiffness = 1e4;

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <functional>
@@ -19,7 +18,7 @@ namespace {
 
 Sheet one_surface(MPI_Comm comm, const SurfaceMesh& mesh) {
   SheetOptions options;
-  options.layers = 1;
+  options.is_one_surface = true;
   return make_sheet(comm, mesh, options);
 }
 
@@ -67,40 +66,24 @@ struct Bent {
   std::array<double, 2> stiffness;
 };
 
-// At an edge curvature across it is not measured: no moment acts there. In each half of a cell beside an edge, and in
-// the quarters of cells at corners, that part of the energy is left out.
 TEST(BendingPotentialTest, ACylinderOfAnyDirectionHasTheEnergyOfAPlate) {
   for (const double aspect : {1.0, 2.0}) {
-    for (const double skew : {0.0, 1.0}) {
-      Bent bent(flat_sheet(PETSC_COMM_WORLD,
-                           [&](double x, double y) { return Eigen::Vector3d(x + skew * y, y / aspect, 0); }));
-      const Eigen::Vector2d across_long_edge(0, 1);
-      const Eigen::Vector2d across_short_edge = Eigen::Vector2d(1, -skew * aspect).normalized();
-      constexpr double inner_columns = 11;
-      constexpr double inner_rows = 7;
-      const double cell = 0.1 * 0.1 / aspect;
-      for (const double angle : {0.0, 0.3, M_PI / 4, 1.2, M_PI / 2}) {
-        const double radius = 5;
-        const Eigen::Vector2d along(std::cos(angle), std::sin(angle));
-        for (PetscInt i = 0; i < bent.sheet.particles.local(); ++i) {
-          const Eigen::Vector3d r = bent.sheet.rest.col(i);
-          const double s = along.dot(r.head<2>());
-          bent.x.vector(i) = r + radius * (1 - std::cos(s / radius)) * Eigen::Vector3d::UnitZ();
-          bent.x.vector(i).head<2>() += (radius * std::sin(s / radius) - s) * along;
-        }
-        // Squares of the parts of the tensor along x along: all of it, that without n n for the normal n of an edge,
-        // and at a corner that without both.
-        const auto part = [&](const Eigen::Vector2d& normal) { return std::pow(normal.dot(along), 2); };
-        const double of_both = across_long_edge.dot(across_short_edge) * across_long_edge.dot(across_short_edge);
-        const double first = part(across_long_edge);
-        const double second = part(across_short_edge);
-        const double at_corner =
-            (first * first + second * second - 2 * of_both * first * second) / (1 - of_both * of_both);
-        const double expected = inner_columns * inner_rows + inner_columns * (1 - first * first) +
-                                inner_rows * (1 - second * second) + 1 - at_corner;
-        EXPECT_NEAR(bent.energy(), cell * expected / (radius * radius), 2e-3 * cell * expected / (radius * radius))
-            << aspect << " " << skew << " " << angle;
+    Bent bent(flat_sheet(PETSC_COMM_WORLD, [&](double x, double y) { return Eigen::Vector3d(x, y / aspect, 0); }));
+    double area = 0;
+    for (const auto& s : bent.potential.stencils().stencils()) {
+      area += s.centre < bent.sheet.particles.owned ? s.area : 0;
+    }
+    MPI_Allreduce(MPI_IN_PLACE, &area, 1, MPI_DOUBLE, MPI_SUM, bent.sheet.comm());
+    for (const double angle : {0.0, 0.3, M_PI / 4, 1.2, M_PI / 2}) {
+      const double radius = 5;
+      const Eigen::Vector3d along(std::cos(angle), std::sin(angle), 0);
+      for (PetscInt i = 0; i < bent.sheet.particles.local(); ++i) {
+        const Eigen::Vector3d r = bent.sheet.rest.col(i);
+        const double s = along.dot(r);
+        bent.x.vector(i) = r + (radius * std::sin(s / radius) - s) * along +
+                           radius * (1 - std::cos(s / radius)) * Eigen::Vector3d::UnitZ();
       }
+      EXPECT_NEAR(bent.energy(), 2 * area / (2 * radius * radius), 1e-3 * area / (radius * radius)) << angle;
     }
   }
 }
@@ -142,16 +125,10 @@ TEST(BendingPotentialTest, BesideDeadCellsIsAnEdge) {
   EXPECT_NEAR(whole.energy(), rest.energy(), 1e-12 * rest.energy());
 }
 
-TEST(BendingPotentialTest, NothingActsOnACornerWhoseCellsAreDead) {
+TEST(BendingPotentialTest, NothingActsOnADeadCell) {
   Bent bent(one_surface(PETSC_COMM_SELF, grid_mesh(5, 5, 0.1)));
   constexpr std::size_t middle = 12;
-  const PetscInt corner = bent.sheet.cells[middle][0];
-  for (std::size_t cell = 0; cell < bent.sheet.cells.size(); ++cell) {
-    const auto& corners = bent.sheet.cells[cell];
-    if (std::find(corners.begin(), corners.end(), corner) != corners.end()) {
-      std::fill_n(bent.active.triangles.begin() + static_cast<std::ptrdiff_t>(4 * cell), 4, false);
-    }
-  }
+  std::fill_n(bent.active.triangles.begin() + 4 * middle, 4, false);
   std::vector<double> uneven = bent.ones;  // Without moments no normal is needed.
   for (std::size_t i = 0; i < uneven.size(); ++i) {
     uneven[i] = bent.sheet.is_lattice[i] ? 0.9 : 1;
@@ -159,8 +136,8 @@ TEST(BendingPotentialTest, NothingActsOnACornerWhoseCellsAreDead) {
   bent.begin(uneven, 0.01);
   bent.x.values().row(2) = (7 * bent.sheet.rest.row(0) + 5 * bent.sheet.rest.row(1)).array().sin() / 50;
   const Eigen::Matrix3Xd gradient = bent.gradient();
-  EXPECT_EQ(gradient.col(corner).norm(), 0);
-  EXPECT_GT(gradient.col(bent.sheet.cells[middle][2]).norm(), 1e-3);
+  EXPECT_EQ(gradient.col(bent.sheet.lattice[middle]).norm(), 0);
+  EXPECT_GT(gradient.col(bent.sheet.lattice[middle - 1]).norm(), 1e-3);
 }
 
 TEST(BendingPotentialTest, TheGradientIsTheDerivativeOfTheEnergy) {
@@ -265,9 +242,9 @@ TEST(BendingPotentialTest, ProductsWithTheHessianAreChangesOfTheGradient) {
 }
 
 TEST(BendingPotentialTest, ViscosityOfABentSheetActsAlongNormalsOfItsParticles) {
-  // Normals of neighbours differ by up to 4 degrees; viscosity in all directions would make the product 2.4 times as
+  // Normals of neighbours differ by up to 5 degrees; viscosity in all directions would make the product 2.4 times as
   // long.
-  const Change change = change_of_a_wavy_sheet(0.05, 7);
+  const Change change = change_of_a_wavy_sheet(0.1, 7);
   EXPECT_LT((change.product - change.gradient).norm(), 0.03 * change.gradient.norm());
   EXPECT_LT((change.by_blocks - change.product).norm(), 1e-10 * change.product.norm());
 }

@@ -12,13 +12,14 @@
 
 #include "base/error.h"
 #include "elastic/bending_potential.h"
-#include "elastic/in_plane_potential.h"
+#include "elastic/spring_potential.h"
 #include "energies/rigid_patches.h"
 #include "energies/tangent.h"
 #include "energies/vertex_potential.h"
 #include "linear/ksp.h"
 #include "surface/shell.h"
 #include "tests/support/grid_mesh.h"
+#include "tests/support/undeformed_springs.h"
 
 namespace pellicle::coarse_level_test {
 namespace {
@@ -56,7 +57,7 @@ class Crumpled {
       : sheet_(make_sheet(PETSC_COMM_WORLD, grid_mesh(11, 8, 0.1), one_surface())),
         clamped_(at_clamp(sheet_)),
         x(sheet_.particles, 3),
-        in_plane_(sheet_, stiffness_of({}), Eigen::Vector3d::UnitX(), {}),
+        springs_(sheet_),
         bending_(sheet_, Eigen::Vector3d::UnitX(), clamped_),
         inertia_(make_vertex_potential(
             sheet_.particles,
@@ -78,13 +79,15 @@ class Crumpled {
     }
     const ActiveSet active(sheet_);
     const std::vector<double> ones(projectors.size(), 1);
+    const Stiffness stiffness = stiffness_of({});
+    SheetSprings material(sheet_, stiffness, Eigen::Vector3d::UnitX(), {});
+    springs_.set(undeformed_springs(sheet_, material.stiffness(active)));
     Field start(sheet_.particles, 3);
     start.values() = sheet_.rest;
     start.values().row(2) = 0.1 * (5 * sheet_.rest.row(0)).array().sin();  // Normals differ.
     constexpr double viscosity = 3;
-    in_plane_.begin_step(active, start, {ones, ones, viscosity});
     bending_.begin_step(active, start, {ones, 0, {1, 2}, ones, viscosity});
-    tangent.emplace(sheet_.particles, std::vector<Potential*>{&in_plane_, &bending_, inertia_.get(), &tie}, projectors,
+    tangent.emplace(sheet_.particles, std::vector<Potential*>{&springs_, &bending_, inertia_.get(), &tie}, projectors,
                     TangentMatrix::shell, "");
     tangent->update(x, Curvature::psd);
   }
@@ -94,7 +97,7 @@ class Crumpled {
  private:
   static SheetOptions one_surface() {
     SheetOptions options;
-    options.layers = 1;
+    options.is_one_surface = true;
     return options;
   }
   static std::vector<bool> at_clamp(const Sheet& sheet) {
@@ -114,7 +117,7 @@ class Crumpled {
   std::optional<Tangent> tangent;
 
  private:
-  InPlanePotential in_plane_;
+  SpringPotential springs_;
   BendingPotential bending_;
   std::unique_ptr<Potential> inertia_;
 

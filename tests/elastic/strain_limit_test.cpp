@@ -18,7 +18,7 @@ namespace {
 
 Sheet limited_sheet(MPI_Comm comm, const SurfaceMesh& mesh) {
   SheetOptions options;
-  options.layers = 1;
+  options.is_one_surface = true;
   options.areal_density = 1;
   return make_sheet(comm, mesh, options);
 }
@@ -79,7 +79,7 @@ struct Pulled {
     x.values() = sheet.rest;
     for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
       const auto id = static_cast<double>(sheet.persistent_id[i]);
-      x.vector(i) += 0.0126 * Eigen::Vector3d(std::sin(7 * id), std::sin(11 * id + 1), std::sin(13 * id + 2));
+      x.vector(i) += 0.009 * Eigen::Vector3d(std::sin(7 * id), std::sin(11 * id + 1), std::sin(13 * id + 2));
     }
   }
   Eigen::VectorXd gradient() const {

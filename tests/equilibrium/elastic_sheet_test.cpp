@@ -1,5 +1,3 @@
-#include "elastic/elastic_sheet.h"
-
 #include <gtest/gtest.h>
 #include <petscsys.h>
 
@@ -9,6 +7,7 @@
 #include <map>
 #include <vector>
 
+#include "elastic/spring_sheet.h"
 #include "meshing/generators.h"
 #include "surface/shell.h"
 #include "surface/weave_strain.h"
@@ -24,7 +23,7 @@ constexpr double g = 9.81;
 
 Sheet sheet_of(MPI_Comm comm, const SurfaceMesh& mesh) {
   SheetOptions options;
-  options.layers = 1;
+  options.is_one_surface = true;
   options.areal_density = 1;
   return make_sheet(comm, mesh, options);
 }
@@ -72,7 +71,7 @@ const auto left_edge = [](const Eigen::Vector3d& r) { return std::abs(r.x()) < 1
 
 TEST(ElasticSheetTest, AHangingStripStretchesByHalfItsWeight) {
   SheetMaterial material;
-  material.tensile_stiffness = 5000;  // The strain is small: Green's grows with the square of the stretch.
+  material.tensile_stiffness = 500;
   material.bending_stiffness = 0.1;
   for (const int cells : {10, 20}) {
     const Sheet sheet = sheet_of(PETSC_COMM_WORLD, grid_mesh(cells, cells / 5, 1.0 / cells));
@@ -80,7 +79,7 @@ TEST(ElasticSheetTest, AHangingStripStretchesByHalfItsWeight) {
     for (int n = 0; n < 40; ++n) {
       motion.advance(0.1, {g, 0, 0}, 2);
     }
-    EXPECT_NEAR(motion.largest().x() - 1, g / (2 * 5000), 0.01 * g / (2 * 5000)) << cells << " cells";
+    EXPECT_NEAR(motion.largest().x() - 1, g / (2 * 500), 0.02 * g / (2 * 500)) << cells << " cells";
   }
 }
 
@@ -135,7 +134,7 @@ TEST(ElasticSheetTest, AStepWhoseStartIsWithinTheToleranceMovesByInertiaAlone) {
     motion.velocities.values() = -sheet.rest;
     const ImplicitResult result = motion.advance(0.01);
     EXPECT_EQ(result.newton_iterations > 0, tolerance < 1);
-    EXPECT_EQ((motion.positions.values() - motion.unconstrained).norm() < 1e-12, tolerance == 1);
+    EXPECT_EQ(motion.positions.values() == motion.unconstrained, tolerance == 1);
   }
 }
 
@@ -197,22 +196,16 @@ std::map<PetscInt, Eigen::Vector3d> hang(const Sheet& sheet, TangentMatrix matri
 }
 
 TEST(ElasticSheetTest, AnyNumberOfRanksAndAnyMatrixGiveTheSameSheet) {
+  SolverOptions solver;
+  solver.set("elastic_ksp_rtol", "1e-10");
   const SurfaceMesh mesh = irregular_mesh(9, 7, 0.1);
-  std::map<PetscInt, Eigen::Vector3d> alone;
-  for (const auto& [matrix, preconditioner] :
-       std::vector<std::pair<TangentMatrix, std::string>>{{TangentMatrix::baij, "mg"},
-                                                          {TangentMatrix::shell, "pbjacobi"},
-                                                          {TangentMatrix::shell, "mg"},
-                                                          {TangentMatrix::aij, "mg"},
-                                                          {TangentMatrix::sbaij, ""}}) {
-    SolverOptions solver;
-    solver.set("elastic_ksp_rtol", "1e-10");
-    if (!preconditioner.empty()) {  // else the default
-      solver.set("elastic_pc_type", preconditioner);
-    }
-    if (alone.empty()) {
-      alone = hang(sheet_of(PETSC_COMM_SELF, mesh), matrix);
-    }
+  const auto alone = hang(sheet_of(PETSC_COMM_SELF, mesh), TangentMatrix::baij);
+  for (const auto& [matrix, preconditioner] : {std::pair{TangentMatrix::baij, "mg"},
+                                               {TangentMatrix::shell, "pbjacobi"},
+                                               {TangentMatrix::shell, "mg"},
+                                               {TangentMatrix::aij, "mg"},
+                                               {TangentMatrix::sbaij, "bjacobi"}}) {
+    solver.set("elastic_pc_type", preconditioner);
     for (const auto& [id, position] : hang(sheet_of(PETSC_COMM_WORLD, mesh), matrix)) {
       ASSERT_LT((position - alone.at(id)).norm(), 1e-7) << "particle " << id << ", " << preconditioner;
     }

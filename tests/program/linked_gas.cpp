@@ -149,7 +149,7 @@ chambers:
 gas_network: {links: {valve: {from: inner, area: 1 mm^2}}}
 heat:
   diffusivity: 1e-4
-  sources: {flame: {shape: ball, radius: 13 cm, temperature: 1500 K, rate: 2000, path: [[0, 0.02, 0, 0.03]]}}
+  sources: {flame: {shape: ball, radius: 10 cm, temperature: 1500 K, rate: 2000, path: [[0, 0.02, 0, 0.03]]}}
 combustion: {ignition_temperature: 600 K, mass_loss_rate: 0.5, min_mass: 0.2}
 ablation: {loss_mass: 0.4}
 time: {step: 4 ms, end: 0.1 s}

@@ -135,7 +135,7 @@ TEST_F(SheetGasTest, AStepFromACheckpointIsTheSameToTheLastBit) {
 
 TEST_F(SheetGasTest, AnElasticBallBearsThePressureOfItsGas) {
   const std::string ball = write("ball.yaml", R"(
-mesh: {shape: quad_ellipsoid, level: 4, semi_axes: [0.1 m, 0.1 m, 0.1 m]}
+mesh: {shape: quad_ellipsoid, level: 3, semi_axes: [0.1 m, 0.1 m, 0.1 m]}
 sheet: {areal_density: 0.1, tensile_stiffness: 2000 N/m, perturbation: 0.001, damping: 5 ms}
 force: {gravity: [0, 0, 0], damping: 10}
 time: {step: 5 ms, end: 0.5 s}
@@ -147,9 +147,9 @@ output: {directory: ball, name: ball}
   const double ratio = found.at("gas_volume_ratio").back();
   const double pressure = found.at("gas_pressure").back();
   EXPECT_NEAR((pressure + 101325) * ratio, 1.05 * 101325, 1e-3 * 101325) << "the law";
-  // Stretched alike in all directions: p R l / 2 is the tension K/(1 - nu) (l^2 - 1)/2, with K = 2000 N/m, nu = 1/3.
-  const double tension = 3000 * (std::pow(ratio, 2.0 / 3) - 1) / 2;
-  EXPECT_NEAR(pressure * 0.1 * std::cbrt(ratio) / 2, tension, 0.03 * tension);
+  // Stretched alike in all directions: tension (C11 + C12) e = p R / 2, with C11 = 3 G, C12 = G, G = 3/8 of 2000 N/m.
+  const double strain = std::cbrt(ratio) - 1;
+  EXPECT_NEAR(pressure * 0.1 * std::cbrt(ratio) / 2, 3000 * strain, 0.03 * 3000 * strain);
 }
 
 /// A ball of cloth that is blown up until it cracks.
@@ -158,7 +158,6 @@ mesh: {shape: quad_ellipsoid, level: 3, semi_axes: [0.2 m, 0.2 m, 0.2 m]}
 sheet: {areal_density: 0.2, tensile_stiffness: 2000 N/m, damping: 5 ms}
 force: {gravity: [0, 0, 0], damping: 5}
 ablation: {strength: 100 N/m, strength_scatter: 0.1}
-elastic: {newton_tolerance: 1e-4}
 time: {step: 1 ms, end: 0.1 s}
 output: {directory: ball, name: ball}
 )";
@@ -225,7 +224,7 @@ pins:
   bottom: {box: [-1, -1, -1, 1, 1, -0.3], velocity: [0, 0, -8]}
 ablation: {strength: 100 N/m, strength_scatter: 0.02}
 chambers: {air: {law: adiabatic, hole_discharge: 0.02}}
-time: {step: 0.5 ms, end: 20 ms}
+time: {step: 0.5 ms, end: 12 ms}
 output: {directory: torn, name: torn}
 )");
   for (const int ranks : {1, 2}) {

@@ -6,7 +6,6 @@
 #include <utility>
 #include <vector>
 
-#include "elastic/elastic_sheet.h"
 #include "elastic/spring_sheet.h"
 #include "energies/newton_options.h"
 #include "energies/step_objective.h"
@@ -57,16 +56,8 @@ class MovingSheet {
         step_(options, sheet, arguments...),
         pinned_(std::move(pinned)),
         ones_(pinned_.size(), 1),
-        mass_(sheet.initial_mass),
         start_(sheet.particles, 3) {
     positions.values() = sheet.rest;
-    if (sheet.layers == 1) {
-      Field mass(sheet.particles, 1);
-      std::copy(mass_.begin(), mass_.end(), mass.data());
-      Field of_corners(sheet.particles, 1);
-      find_corner_masses(sheet, mass, of_corners);
-      mass_.assign(of_corners.data(), of_corners.data() + mass_.size());
-    }
   }
 
   ImplicitResult advance(double h, const Eigen::Vector3d& gravity = {0, 0, 0}, double damping = 0) {
@@ -78,8 +69,8 @@ class MovingSheet {
       }
     }
     unconstrained = positions.values();
-    const ImplicitResult result =
-        step_.advance(positions, {{mass_, start_, h}, initial_lengths(sheet_), ones_, ones_, ActiveSet(sheet_)});
+    const ImplicitResult result = step_.advance(
+        positions, {{sheet_.initial_mass, start_, h}, initial_lengths(sheet_), ones_, ones_, ActiveSet(sheet_)});
     EXPECT_TRUE(result.converged) << result.reason;
     velocities.values() = (positions.values() - start_.values()) / h;
     return result;
@@ -89,7 +80,7 @@ class MovingSheet {
   double kinetic_energy() const {
     double sum = 0;
     for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
-      sum += 0.5 * mass_[i] * velocities.vector(i).squaredNorm();
+      sum += 0.5 * sheet_.initial_mass[i] * velocities.vector(i).squaredNorm();
     }
     return sum_over_ranks(sheet_.comm(), sum);
   }
@@ -98,7 +89,7 @@ class MovingSheet {
   Eigen::Vector3d weighted_sum(const Eigen::Matrix3Xd& values) const {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
-      sum += mass_[i] * values.col(i);
+      sum += sheet_.initial_mass[i] * values.col(i);
     }
     sum_over_ranks(sheet_.comm(), sum);
     return sum;
@@ -124,7 +115,6 @@ class MovingSheet {
  private:
   std::vector<bool> pinned_;
   std::vector<double> ones_;
-  std::vector<double> mass_;  ///< of the local particles [kg]
   Field start_;
 };
 

@@ -8,7 +8,7 @@
 
 #include "contact/crossings.h"
 #include "contact/surface_contact.h"
-#include "elastic/elastic_sheet.h"
+#include "elastic/spring_sheet.h"
 #include "surface/shell.h"
 #include "tests/support/balanced_step.h"
 #include "tests/support/balls.h"
@@ -105,7 +105,7 @@ class Touching {
  private:
   static SheetOptions sheet_options() {
     SheetOptions options;
-    options.layers = 1;
+    options.is_one_surface = true;
     options.areal_density = 0.2;
     return options;
   }
