@@ -17,7 +17,9 @@
 #include "equilibrium/gas_filled_part.h"
 #include "equilibrium/implicit_step.h"
 #include "equilibrium/wall_part.h"
+#include "geometry/pressure_load.h"
 #include "meshing/closed_shapes.h"
+#include "parallel/collective.h"
 #include "prism/wall_potential.h"
 #include "tests/support/print_once.h"
 #include "tests/support/solver_options.h"
@@ -221,6 +223,25 @@ class BalancedBalloon {
   ImplicitStep solver_;
   FactorisedSteps factorised_;
 };
+
+TEST(WallPartTest, CountsTheElementsOfAllRanksThatTurnOver) {
+  SpringBalloon balloon;
+  const WallPart wall(balloon.model(), balloon.options);
+  Field mirrored(balloon.membrane.particles, 3);
+  mirrored.values() = balloon.x.values();
+  mirrored.values().row(2) *= -1;
+  int expected = 0;
+  for (PetscInt e = 0; e < balloon.membrane.elements.owned; ++e) {
+    const auto& [a, b, c] = balloon.membrane.triangles[e];
+    const auto area = [a = a, b = b, c = c](const Field& x) {
+      return area_vector(x.vector(a), x.vector(b), x.vector(c));
+    };
+    expected += area(balloon.x).dot(area(mirrored)) > 0 ? 0 : 1;
+  }
+  expected = sum_over_ranks(PETSC_COMM_WORLD, expected);
+  EXPECT_GT(expected, 100);
+  EXPECT_EQ(wall.inverted(balloon.x, mirrored), expected);
+}
 
 struct Way {
   std::string mat_type;
