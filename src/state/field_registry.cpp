@@ -166,8 +166,8 @@ std::vector<std::pair<std::string, double>> differences(MPI_Comm comm, const Fie
         largest = std::isfinite(value) ? std::max(largest, std::abs(value)) : largest;
       }
     }
-    difference = max_over_ranks(comm, difference);
-    result.emplace_back(entry.declaration.name, difference / max_over_ranks(comm, largest));
+    const auto [of_all, largest_of_all] = max_over_ranks(comm, std::array{difference, largest});
+    result.emplace_back(entry.declaration.name, of_all / largest_of_all);
   }
   return result;
 }

@@ -121,8 +121,8 @@ class FieldRegistry {
 /// All numbers of a field, ghosts included, as doubles. Not collective.
 std::vector<double> numbers_of(const FieldRegistry::Entry& entry);
 
-/// For each field the largest difference of two numbers over the largest number in either registry, of all ranks; 0 for
-/// equal or no numbers. Collective.
+/// For each field the largest difference of two numbers over the largest finite number in either registry, of all
+/// ranks; 0 for equal or no numbers, infinite where only one of the two is finite or a number. Collective.
 /// @throws std::logic_error if the registries have different fields
 std::vector<std::pair<std::string, double>> differences(MPI_Comm comm, const FieldRegistry& one,
                                                         const FieldRegistry& other);

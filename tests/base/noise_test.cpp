@@ -62,7 +62,8 @@ TEST(NoiseField, VariesOverItsLength) {
   EXPECT_NEAR(correlation(0.5), 2 / 3.0, error);
   EXPECT_NEAR(correlation(1), 0.2, error);
   EXPECT_NEAR(correlation(2), 0, error);
-  // It does not repeat itself along any axis, neither after 2^32, where numbers of 32 bits do, nor near its end.
+  // The noise does not repeat itself along any axis: neither after 2^32, the range of a 32-bit number, nor after 2^49,
+  // half of the largest coordinate.
   for (const double far : {0x1p32, 0x1p49}) {
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
       EXPECT_NEAR(correlation_with([&](std::uint64_t) -> Eigen::Vector3d { return far * Eigen::Vector3d::Unit(axis); }),

@@ -5,6 +5,7 @@
 
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "parallel/collective.h"
@@ -24,8 +25,7 @@ struct Kept {
 
 // The numbers of the last rank differ by 3, the largest of all is on the first.
 TEST(FieldRegistryDifferences, AreThoseOfAllRanksOverTheLargestNumberOfAll) {
-  int rank = 0;
-  MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
+  const int rank = rank_of(PETSC_COMM_WORLD);
   const bool is_last = rank + 1 == ranks_of(PETSC_COMM_WORLD);
   const std::vector<double> numbers{1, rank == 0 ? -10.0 : 2.0, 4, 5};
   std::vector<double> others = numbers;
